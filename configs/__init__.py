@@ -1,0 +1,1 @@
+"""Configs of the published runs, carried by the wheel (`dnf-pyg configs`)."""
