@@ -1,0 +1,54 @@
+"""The command ``dnf-pyg``: training through LightningCLI, and the mesh commands of :mod:`dnf_pyg.commands`."""
+
+import argparse
+import sys
+from collections.abc import Sequence
+
+import dnf_pyg
+from dnf_pyg.commands import COMMANDS, TRAINING, train
+from dnf_pyg.errors import DNFError
+
+__all__ = ["main"]
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Run one command line.
+
+    Args:
+        args: Words after ``dnf-pyg``; those of the process if not given.
+
+    Returns:
+        The exit status: 0, or 2 after one line on stderr for bad input.
+
+    Example:
+        >>> main(["configs"])  # doctest: +ELLIPSIS
+        demo...
+        0
+    """
+    words = list(sys.argv[1:] if args is None else args)
+    try:
+        if words and words[0] in TRAINING:
+            train.run(words)
+        else:
+            options = _parser().parse_args(words or ["--help"])
+            options.run(options)
+    except DNFError as error:
+        sys.stderr.write(f"dnf-pyg: {' '.join(str(error).split())}\n")
+        return 2
+    except KeyboardInterrupt:
+        sys.stderr.write("dnf-pyg: interrupted\n")
+        return 130
+    return 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="dnf-pyg", description=dnf_pyg.__doc__, epilog=f"version {dnf_pyg.__version__}")
+    parser.add_argument("--version", action="version", version=dnf_pyg.__version__)
+    subparsers = parser.add_subparsers(metavar="COMMAND", required=True)
+    for name, (module, summary) in COMMANDS.items():
+        subparser = subparsers.add_parser(name, help=summary, description=module.__doc__)
+        module.add_arguments(subparser)
+        subparser.set_defaults(run=module.run)
+    for name, summary in TRAINING.items():  # listed here, parsed by LightningCLI
+        subparsers.add_parser(name, help=summary, add_help=False)
+    return parser

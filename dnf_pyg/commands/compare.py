@@ -1,0 +1,68 @@
+"""Measure a mesh against its clean reference: theta in degrees, E_v, share of faces within 5 and 10 degrees."""
+
+import argparse
+import json
+import sys
+from pathlib import Path
+
+from torch import Tensor
+
+from dnf_pyg.errors import MeshError
+from dnf_pyg.mesh.geometry import face_normals
+from dnf_pyg.mesh.io import MeshFile, read_mesh
+from dnf_pyg.metrics import VertexError, angular_difference
+
+__all__ = ["add_arguments", "measure", "read_reference", "run"]
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the command's arguments."""
+    parser.add_argument("mesh", type=Path, metavar="MESH", help="mesh to measure")
+    parser.add_argument("reference", type=Path, metavar="REFERENCE", help="clean mesh with the same faces")
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+
+
+def run(options: argparse.Namespace) -> None:
+    """Print the measures."""
+    mesh = read_mesh(options.mesh)
+    reference = read_reference(options.reference, mesh)
+    values = measure(mesh.pos, reference)
+    if options.json:
+        sys.stdout.write(json.dumps(values) + "\n")
+    else:
+        sys.stdout.write(
+            f"theta              {values['theta']:8.3f} degrees\n"
+            f"E_v                {values['vertex_error']:8.4f} mean edge lengths\n"
+            f"within 5 degrees   {values['within_5_degrees']:8.1%} of the faces\n"
+            f"within 10 degrees  {values['within_10_degrees']:8.1%} of the faces\n"
+        )
+
+
+def read_reference(path: Path, mesh: MeshFile) -> MeshFile:
+    """Read a clean mesh whose faces correspond to those of another.
+
+    Raises:
+        MeshError: If its number of faces differs.
+    """
+    reference = read_mesh(path)
+    if reference.face.shape != mesh.face.shape:
+        raise MeshError(
+            f"Expected a reference with the same faces (got {reference.face.size(1)} faces in {path}, "
+            f"{mesh.face.size(1)} in {mesh.path}): it must be the clean version of the same mesh"
+        )
+    return reference
+
+
+def measure(pos: Tensor, reference: MeshFile) -> dict[str, float]:
+    """Theta, E_v and shares of faces of vertex positions (V, 3) against a clean mesh of the same faces."""
+    clean = face_normals(reference.pos, reference.face)
+    known = clean.square().sum(dim=-1) > 0
+    angle = angular_difference(face_normals(pos, reference.face), clean)[known]
+    vertex_error = VertexError()
+    vertex_error.update(pos, reference.pos, reference.face)
+    return {
+        "theta": float(angle.double().mean()),
+        "vertex_error": float(vertex_error.compute()),
+        "within_5_degrees": float((angle <= 5).double().mean()),
+        "within_10_degrees": float((angle <= 10).double().mean()),
+    }

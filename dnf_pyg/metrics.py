@@ -1,0 +1,115 @@
+"""How far a denoised mesh is from the clean one: angles of facet normals and distances of vertices."""
+
+import torch
+import trimesh
+from torch import Tensor
+from torchmetrics import Metric
+
+from dnf_pyg.mesh.geometry import mean_edge_length
+
+__all__ = ["MeanAngularDifference", "VertexError", "angular_difference"]
+
+
+def angular_difference(normal: Tensor, clean_normal: Tensor) -> Tensor:
+    """Angle between corresponding normals, exact also for small angles (no arc cosine).
+
+    Args:
+        normal: Normals (F, 3); unit length is not needed. A zero vector, a face that collapsed, counts as 90 degrees.
+        clean_normal: Normals to compare with (F, 3).
+
+    Returns:
+        Degrees (F,), between 0 and 180.
+
+    Example:
+        >>> angular_difference(torch.tensor([[1.0, 0.0, 0.0]]), torch.tensor([[1.0, 1.0, 0.0]]))
+        tensor([45.])
+    """
+    normal, clean_normal = normal.double(), clean_normal.double()
+    sine = torch.linalg.cross(normal, clean_normal).norm(dim=-1)
+    cosine = (normal * clean_normal).sum(dim=-1)
+    angle = torch.rad2deg(torch.atan2(sine, cosine))
+    return torch.where((sine == 0) & (cosine == 0), 90.0, angle).float()
+
+
+class MeanAngularDifference(Metric):
+    r"""Mean angular difference :math:`\theta` in degrees between filtered and clean facet normals.
+
+    Faces without a normal in the clean mesh (zero area) are left out.
+
+    Source: Li et al. 2020, Sec. 4.
+
+    Shapes:
+        - **normal**, **clean_normal:** :math:`(F, 3)`
+        - **output:** scalar, degrees; NaN before the first update
+
+    Raises:
+        ValueError: If the two differ in shape.
+
+    Example:
+        >>> metric = MeanAngularDifference()
+        >>> metric(torch.eye(3)[:2], torch.eye(3)[[0, 0]])
+        tensor(45.)
+    """
+
+    is_differentiable = False
+    higher_is_better = False
+    full_state_update = False
+    angle_sum: Tensor
+    num_faces: Tensor
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.add_state("angle_sum", torch.zeros((), dtype=torch.float64), dist_reduce_fx="sum")
+        self.add_state("num_faces", torch.zeros((), dtype=torch.long), dist_reduce_fx="sum")
+
+    def update(self, normal: Tensor, clean_normal: Tensor) -> None:
+        """Add the faces of one mesh or batch."""
+        if normal.shape != clean_normal.shape:
+            raise ValueError(
+                f"Expected 'normal' and 'clean_normal' of one shape (got {list(normal.shape)}, {list(clean_normal.shape)})"
+            )
+        known = clean_normal.square().sum(dim=-1) > 0
+        self.angle_sum += angular_difference(normal[known], clean_normal[known]).double().sum()
+        self.num_faces += known.sum()
+
+    def compute(self) -> Tensor:
+        """Mean over all faces seen, in degrees."""
+        return (self.angle_sum / self.num_faces).float()
+
+
+class VertexError(Metric):
+    r"""Mean distance :math:`E_v` of vertices to the clean surface, in multiples of the clean mesh's mean edge length.
+
+    Shapes:
+        - **pos:** :math:`(V, 3)`, **clean_pos:** :math:`(V', 3)`, model units; **clean_face:** :math:`(3, F)`
+        - **output:** scalar, mean over all vertices seen
+
+    Example:
+        >>> pos = torch.tensor([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+        >>> metric = VertexError()
+        >>> metric(pos + torch.tensor([0.0, 0.0, 0.5]), pos * 2, torch.tensor([[0], [1], [2]])).round(decimals=3)
+        tensor(0.2200)
+    """
+
+    is_differentiable = False
+    higher_is_better = False
+    full_state_update = False
+    distance_sum: Tensor
+    num_vertices: Tensor
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.add_state("distance_sum", torch.zeros((), dtype=torch.float64), dist_reduce_fx="sum")
+        self.add_state("num_vertices", torch.zeros((), dtype=torch.long), dist_reduce_fx="sum")
+
+    def update(self, pos: Tensor, clean_pos: Tensor, clean_face: Tensor) -> None:
+        """Add the vertices of one mesh."""
+        clean = trimesh.Trimesh(clean_pos.double().cpu().numpy(), clean_face.t().cpu().numpy(), process=False)
+        _, distance, _ = trimesh.proximity.closest_point(clean, pos.double().cpu().numpy())
+        scale = float(mean_edge_length(clean_pos.double(), clean_face))
+        self.distance_sum += float(distance.sum()) / scale
+        self.num_vertices += len(distance)
+
+    def compute(self) -> Tensor:
+        """Mean over all vertices seen."""
+        return (self.distance_sum / self.num_vertices).float()

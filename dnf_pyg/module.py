@@ -1,0 +1,101 @@
+"""Training of a normal filtering network: steps, logging, optimizer; no maths of its own."""
+
+from typing import Any
+
+import torch
+from lightning.pytorch import LightningModule
+from lightning.pytorch.cli import LRSchedulerCallable, OptimizerCallable
+from torch import Tensor
+from torch_geometric.data import Batch
+
+from dnf_pyg.errors import WeightsError
+from dnf_pyg.losses import JointLoss
+from dnf_pyg.metrics import MeanAngularDifference
+from dnf_pyg.nn import DNFNet
+
+__all__ = ["NormalFilteringModule"]
+
+
+class NormalFilteringModule(LightningModule):
+    """Train a network to filter the facet normals of patches.
+
+    Every checkpoint carries the constructor arguments of the network (key ``network``), so that
+    :func:`dnf_pyg.pretrained.load_network` rebuilds it from the file alone.
+
+    Source: Li et al. 2020, Sec. 3.4 and 3.5.
+
+    Args:
+        net: The network.
+        loss: The training loss; the paper's by default.
+        optimizer: Makes the optimizer from the parameters; Adam with a rate of 1e-3 by default.
+        scheduler: Makes a learning rate schedule from the optimizer, stepped once an epoch.
+    """
+
+    def __init__(
+        self,
+        net: DNFNet,
+        loss: JointLoss | None = None,
+        optimizer: OptimizerCallable = torch.optim.Adam,
+        scheduler: LRSchedulerCallable | None = None,
+    ) -> None:
+        super().__init__()
+        self.net = net
+        self.loss = JointLoss() if loss is None else loss
+        self.optimizer = optimizer
+        self.scheduler = scheduler
+        self.theta = torch.nn.ModuleDict({stage: MeanAngularDifference() for stage in ("train_", "val_", "test_")})
+
+    def forward(self, batch: Batch) -> Tensor:
+        """Filtered normals (F, 3) of a batch of patches."""
+        return self.net(batch.normal, batch.edge_index, batch.batch)
+
+    def training_step(self, batch: Batch, batch_idx: int) -> Tensor:
+        """Joint loss of one batch."""
+        return self._step(batch, "train")
+
+    def validation_step(self, batch: Batch, batch_idx: int) -> None:
+        """Log ``val/theta`` and ``val/loss``."""
+        self._step(batch, "val")
+
+    def test_step(self, batch: Batch, batch_idx: int) -> None:
+        """Log ``test/theta`` and ``test/loss``."""
+        self._step(batch, "test")
+
+    def predict_step(self, batch: Batch, batch_idx: int) -> Tensor:
+        """Filtered normals (F, 3) of a batch of patches."""
+        return self(batch)
+
+    def configure_optimizers(self) -> Any:
+        """Optimizer and, if one is configured, its schedule."""
+        optimizer = self.optimizer(self.net.parameters())
+        if self.scheduler is None:
+            return optimizer
+        return {"optimizer": optimizer, "lr_scheduler": self.scheduler(optimizer)}
+
+    def on_save_checkpoint(self, checkpoint: dict[str, Any]) -> None:
+        """Store what rebuilds the network."""
+        checkpoint["network"] = self.net.config
+
+    def on_load_checkpoint(self, checkpoint: dict[str, Any]) -> None:
+        """Refuse the checkpoint of another architecture.
+
+        Raises:
+            WeightsError: If the checkpoint's network was built with other arguments.
+        """
+        stored, own = checkpoint.get("network", {}), self.net.config
+        differing = {key: (stored.get(key), own[key]) for key in own if stored.get(key) != own[key]}
+        if differing:
+            listed = ", ".join(f"{key}: {theirs} in the file, {ours} here" for key, (theirs, ours) in differing.items())
+            raise WeightsError(f"Expected a checkpoint of the configured network (got {listed}): change `model.net`")
+
+    def _step(self, batch: Batch, stage: str) -> Tensor:
+        stages = self.net.stages(batch.normal, batch.edge_index, batch.batch)
+        terms = self.loss(stages, batch.clean_normal, batch.batch)
+        theta = self.theta[f"{stage}_"]
+        theta.update(stages[-1][0].detach(), batch.clean_normal)
+        values = {f"{stage}/loss": terms.total, f"{stage}/recovery": terms.recovery, f"{stage}/residual": terms.residual}
+        self.log_dict(values, batch_size=batch.num_graphs, on_step=False, on_epoch=True, sync_dist=stage != "train")
+        self.log(
+            f"{stage}/theta", theta, batch_size=batch.num_graphs, on_step=False, on_epoch=True, prog_bar=True
+        )
+        return terms.total

@@ -1,0 +1,88 @@
+"""Networks from files: packaged weights by name, folders of safetensors, Lightning checkpoints."""
+
+import pickle
+from pathlib import Path
+
+import torch
+
+from dnf_pyg.errors import WeightsError
+from dnf_pyg.nn import DNFNet
+
+__all__ = ["DEFAULT_WEIGHTS", "load_network", "packaged_weights"]
+
+DEFAULT_WEIGHTS = "best"
+_FOLDER = Path(__file__).parent / "weights"
+
+
+def packaged_weights() -> dict[str, Path]:
+    """Name and folder of every set of weights that the package carries.
+
+    Example:
+        >>> all((folder / "config.json").is_file() for folder in packaged_weights().values())
+        True
+    """
+    return {folder.parent.name: folder.parent for folder in sorted(_FOLDER.glob("*/model.safetensors"))}
+
+
+def load_network(weights: str | Path) -> DNFNet:
+    """Load a network in evaluation mode. No code in a file is ever run.
+
+    Args:
+        weights: Name of packaged weights, a folder with ``config.json`` and ``model.safetensors``
+            (:meth:`DNFNet.save_pretrained`), or a Lightning checkpoint made by ``dnf-pyg fit``.
+
+    Returns:
+        The network, on the CPU.
+
+    Raises:
+        WeightsError: If there are no such weights, or the file is damaged, holds code, or fits no network.
+
+    Example:
+        >>> load_network("nothing")
+        Traceback (most recent call last):
+        dnf_pyg.errors.WeightsError: Expected packaged weights (...), a folder or a checkpoint (got 'nothing')...
+    """
+    folder = packaged_weights().get(str(weights), Path(weights))
+    if folder.is_dir():
+        return _from_folder(folder)
+    if folder.is_file():
+        return _from_checkpoint(folder)
+    names = ", ".join(packaged_weights()) or "none in this build"
+    raise WeightsError(
+        f"Expected packaged weights ({names}), a folder or a checkpoint (got '{weights}'): train one with `dnf-pyg fit`"
+    )
+
+
+def _from_folder(folder: Path) -> DNFNet:
+    missing = [name for name in ("config.json", "model.safetensors") if not (folder / name).is_file()]
+    if missing:
+        raise WeightsError(f"Expected a folder made by save_pretrained (got {folder} without {', '.join(missing)})")
+    try:
+        return DNFNet.from_pretrained(folder, strict=True, local_files_only=True).eval()
+    except Exception as error:  # safetensors, json and torch each raise their own kind for a damaged file
+        raise WeightsError(f"Expected weights of a DNFNet (got {folder}: {_first_line(error)})") from error
+
+
+def _from_checkpoint(path: Path) -> DNFNet:
+    try:
+        checkpoint = torch.load(path, map_location="cpu", weights_only=True)
+    except pickle.UnpicklingError as error:
+        raise WeightsError(
+            f"Expected a checkpoint of plain tensors and numbers (got {path}: truncated, or a pickle with code, "
+            "which is not run): save it again with `dnf-pyg fit`"
+        ) from error
+    except (RuntimeError, EOFError, OSError, ValueError, KeyError) as error:
+        raise WeightsError(f"Expected a readable checkpoint (got {path}: {_first_line(error)})") from error
+    if not isinstance(checkpoint, dict) or not {"network", "state_dict"} <= checkpoint.keys():
+        raise WeightsError(f"Expected a checkpoint made by `dnf-pyg fit` (got {path} without key 'network')")
+    state = {key.removeprefix("net."): value for key, value in checkpoint["state_dict"].items() if key.startswith("net.")}
+    try:
+        net = DNFNet(**checkpoint["network"])
+        net.load_state_dict(state)
+    except (TypeError, ValueError, RuntimeError) as error:
+        raise WeightsError(f"Expected weights of a DNFNet (got {path}: {_first_line(error)})") from error
+    return net.eval()
+
+
+def _first_line(error: BaseException) -> str:
+    return (str(error).splitlines() or [type(error).__name__])[0]
