@@ -4,6 +4,7 @@ import os
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import torch
@@ -71,16 +72,12 @@ def read_mesh(path: str | Path) -> MeshFile:
     except MeshFileError:
         raise
     except OSError as error:
-        raise MeshFileError(
-            f"Expected a readable file (got '{path}': {error.strerror}): check its permissions"
-        ) from error
+        raise MeshFileError(f"Expected a readable file (got '{path}': {error.strerror}): check permissions") from error
     except Exception as error:  # trimesh parsers raise whatever the damaged bytes lead to
         raise MeshFileError(f"Expected a {suffix} mesh (got '{path}', unreadable: {error}): export it again") from error
     face = np.asarray(getattr(mesh, "faces", np.empty((0, 3))))
     if len(face) == 0:
-        raise MeshError(
-            f"Expected a mesh with triangles (got '{path}' without any): a point cloud must be meshed first"
-        )
+        raise MeshError(f"Expected a mesh with triangles (got '{path}' without any): mesh a point cloud first")
     pos = torch.tensor(np.asarray(mesh.vertices), dtype=torch.float64)
     return MeshFile(path, pos, torch.tensor(face, dtype=torch.long).t().contiguous(), mesh)
 
@@ -109,7 +106,7 @@ def write_mesh(mesh: MeshFile | trimesh.Trimesh, pos: Tensor, path: str | Path) 
         raise ValueError(f"Expected 'pos' with {len(source.vertices)} vertices (got {len(pos)})")
     moved = source.copy()
     moved.vertices = pos.detach().cpu().double().numpy()
-    data = moved.export(file_type=suffix[1:])
+    data: Any = moved.export(file_type=suffix[1:])
     write_atomically(path, data.encode() if isinstance(data, str) else data)
 
 

@@ -31,7 +31,7 @@ def test_round_trip_keeps_order(tmp_path, sphere_mesh, suffix):
     [
         ("empty.obj", b"", MeshFileError, "0 bytes"),
         ("text.ply", b"Dear diary, nothing to see here.\n", MeshFileError, r"Expected a \.ply mesh"),
-        ("points.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\n", MeshError, "point cloud must be meshed first"),
+        ("points.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\n", MeshError, "mesh a point cloud first"),
         ("mesh.docx", b"PK", MeshFileError, r"ending in \.obj"),
     ],
 )
