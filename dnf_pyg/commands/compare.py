@@ -26,7 +26,7 @@ def run(options: argparse.Namespace) -> None:
     """Print the measures."""
     mesh = read_mesh(options.mesh)
     reference = read_reference(options.reference, mesh)
-    values = measure(mesh.pos, reference)
+    values = measure(mesh.pos, mesh.face, reference)
     if options.json:
         sys.stdout.write(json.dumps(values) + "\n")
     else:
@@ -53,11 +53,11 @@ def read_reference(path: Path, mesh: MeshFile) -> MeshFile:
     return reference
 
 
-def measure(pos: Tensor, reference: MeshFile) -> dict[str, float]:
-    """Theta, E_v and shares of faces of vertex positions (V, 3) against a clean mesh of the same faces."""
+def measure(pos: Tensor, face: Tensor, reference: MeshFile) -> dict[str, float]:
+    """Theta, E_v and shares of faces of a mesh, pos (V, 3) and face (3, F), against a clean mesh of as many faces."""
     clean = face_normals(reference.pos, reference.face)
     known = clean.square().sum(dim=-1) > 0
-    angle = angular_difference(face_normals(pos, reference.face), clean)[known]
+    angle = angular_difference(face_normals(pos, face), clean)[known]
     vertex_error = VertexError()
     vertex_error.update(pos, reference.pos, reference.face)
     return {
