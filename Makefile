@@ -35,3 +35,17 @@ test: $(STAMP)  ## Run the whole test suite
 lint: $(STAMP)  ## Check style and types (ruff, mypy)
 	@$(VENV)/bin/ruff check . && $(VENV)/bin/ruff format --check . && $(VENV)/bin/mypy
 
+bench: $(STAMP)  ## Print the speed and memory tables (minutes; a quiet machine)
+	@for script in tests/bench/bench_*.py; do $(PY) $$script || exit 1; done
+
+DNF := $(VENV)/bin/dnf-pyg
+DEMO := runs/demo
+
+demo: $(STAMP)  ## Train on generated meshes, test, and denoise one that training has not seen
+	@rm -rf $(DEMO) && mkdir -p $(DEMO)
+	$(DNF) make-shape bracket -o $(DEMO)/clean.ply --seed 1000
+	$(DNF) add-noise $(DEMO)/clean.ply -o $(DEMO)/noisy.ply --level 0.2
+	$(DNF) fit -c configs/demo.yaml
+	$(DNF) test -c configs/demo.yaml --ckpt_path $(DEMO)/best.ckpt
+	$(DNF) denoise $(DEMO)/noisy.ply -o $(DEMO)/denoised.ply --weights $(DEMO)/best.ckpt \
+	  --reference $(DEMO)/clean.ply --picture $(DEMO)/demo.png

@@ -1,0 +1,52 @@
+"""Imports inside the package point one way."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+ALLOWED = {
+    "errors": set(),
+    "mesh": {"errors"},
+    "nn": {"errors"},
+    "data": {"errors", "mesh"},
+    "losses": set(),
+    "metrics": {"mesh"},
+    "raster": {"mesh"},
+    "baselines": {"errors", "mesh"},
+    "module": {"errors", "nn", "losses", "metrics"},
+    "pretrained": {"errors", "nn"},
+    "denoise": {"errors", "mesh", "data", "nn", "pretrained"},
+    "report": {"errors", "mesh", "raster"},
+    "benchmark": {"errors", "mesh", "denoise", "baselines", "metrics", "report", "pretrained"},
+    "datamodules": {"errors", "mesh", "data"},
+}
+NO_LIGHTNING = {"nn", "mesh", "data", "denoise"}
+FILES = sorted([*(ROOT / "dnf_pyg").rglob("*.py"), *(ROOT / "datamodules").rglob("*.py")])
+
+
+def unit_of(path):
+    parts = path.relative_to(ROOT).with_suffix("").parts
+    return parts[0] if parts[0] == "datamodules" else parts[1]
+
+
+def imported_modules(path):
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{path}: relative import"
+            yield node.module
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(ROOT)))
+def test_imports_point_one_way(path):
+    unit = unit_of(path)
+    for module in imported_modules(path):
+        parts = module.split(".")
+        if unit in NO_LIGHTNING:
+            assert parts[0] not in ("lightning", "pytorch_lightning"), f"{unit} must work without Lightning"
+        if unit in ALLOWED and parts[0] in ("dnf_pyg", "datamodules"):
+            other = parts[0] if parts[0] == "datamodules" else (parts[1] if len(parts) > 1 else "__init__")
+            assert other in ALLOWED[unit] | {unit}, f"{unit} must not import {other}"
