@@ -1,0 +1,16 @@
+"""Layers of the deep normal filtering network, and the network itself."""
+
+from dnf_pyg.nn.attention import ChannelAttention
+from dnf_pyg.nn.dnf_net import DNFNet
+from dnf_pyg.nn.embedding import MultiScaleEmbedding
+from dnf_pyg.nn.grouping import FeatureGroupingConv, NormalGroupingConv
+from dnf_pyg.nn.residual import ResidualUnit
+
+__all__ = [
+    "ChannelAttention",
+    "DNFNet",
+    "FeatureGroupingConv",
+    "MultiScaleEmbedding",
+    "NormalGroupingConv",
+    "ResidualUnit",
+]

@@ -1,0 +1,142 @@
+"""Deep normal filtering network."""
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+from huggingface_hub import PyTorchModelHubMixin
+from torch import Tensor
+from torch.nn import Module, ModuleList
+from torch.nn import functional as F
+from torch_geometric.nn import MLP
+from torch_geometric.typing import Adj
+
+from dnf_pyg.nn.embedding import MultiScaleEmbedding
+from dnf_pyg.nn.frame import patch_frames
+from dnf_pyg.nn.residual import ResidualUnit
+
+__all__ = ["DNFNet"]
+
+
+class DNFNet(Module, PyTorchModelHubMixin, library_name="dnf_pyg", tags=["mesh-denoising"]):
+    r"""Filter the facet normals of patches of a noisy mesh.
+
+    .. math::
+        \mathbf{F}_0 = \mathrm{embed}(\mathbf{n}), \quad
+        \mathbf{F}_u = \mathbf{F}_{u-1} - \Delta_u(\mathbf{F}_{u-1}), \quad
+        \mathbf{n}_u = \frac{h_u(\mathbf{F}_u)}{\Vert h_u(\mathbf{F}_u) \Vert}
+
+    with residual units :math:`\Delta_u` and heads :math:`h_u`, every :math:`\mathbf{n}_u` supervised in training.
+    ``save_pretrained(folder)`` writes the weights and the configuration, ``from_pretrained(folder)`` reads them.
+    Source: Li et al. 2020, Sec. 3.3 and Fig. 3.
+
+    Args:
+        k: Neighbours per face on each level of the embedding; ``max(k)`` must be known per face.
+        num_units: Residual units, at least one.
+        residual_k: Neighbours per face in feature space.
+        channels: Features per face after each level of the embedding.
+        embedding_channels: Features per face from there on.
+        subtract: Group differences of features in the embedding.
+        align: Turn each patch into a frame of its own before and back after (:func:`~dnf_pyg.nn.frame.patch_frames`),
+            so that the result turns with the mesh. Differs: the paper does without and learns from turned patches.
+
+    Shapes:
+        - **normal:** :math:`(F, 3)`, unit length
+        - **edge_index:** :math:`(2, E)`, neighbour (row 0) to centre (row 1), within a centre nearest first, the face
+          itself before all; or a list with one ``edge_index`` per level, for other neighbours on some levels. A face
+          with fewer than ``k`` edges uses what it has.
+        - **batch:** :math:`(F)`, patch of each face, sorted; one patch if ``None``
+        - **output:** :math:`(F, 3)`, unit length
+
+    Raises:
+        ValueError: If ``num_units`` is not positive.
+
+    Example:
+        >>> import torch
+        >>> net = DNFNet(k=(1, 2, 2)).eval()
+        >>> net(torch.eye(3), torch.tensor([[0, 1, 1, 0, 2, 1], [0, 0, 1, 1, 2, 2]])).shape
+        torch.Size([3, 3])
+    """
+
+    def __init__(
+        self,
+        k: Sequence[int] = (10, 30, 50),
+        num_units: int = 2,
+        residual_k: int = 20,
+        channels: Sequence[int] = (64, 128, 256),
+        embedding_channels: int = 128,
+        subtract: bool = True,
+        align: bool = False,
+    ) -> None:
+        super().__init__()
+        if num_units < 1:
+            raise ValueError(f"Expected 'num_units' to be positive (got {num_units})")
+        self.k = tuple(k)
+        self.num_units = num_units
+        self.residual_k = residual_k
+        self.channels = tuple(channels)
+        self.embedding_channels = embedding_channels
+        self.subtract = subtract
+        self.align = align
+        self.embedding = MultiScaleEmbedding(k, channels, embedding_channels, subtract)
+        self.units = ModuleList(ResidualUnit(embedding_channels, residual_k) for _ in range(num_units))
+        head = [embedding_channels, embedding_channels, embedding_channels // 2, 3]
+        self.heads = ModuleList(MLP(head, norm_kwargs={"allow_single_element": True}) for _ in range(num_units))
+
+    @property
+    def config(self) -> dict[str, Any]:
+        """Constructor arguments as plain numbers and lists; ``DNFNet(**net.config)`` has the same layers."""
+        return {
+            "k": list(self.k),
+            "num_units": self.num_units,
+            "residual_k": self.residual_k,
+            "channels": list(self.channels),
+            "embedding_channels": self.embedding_channels,
+            "subtract": self.subtract,
+            "align": self.align,
+        }
+
+    def reset_parameters(self) -> None:
+        """Draw new weights."""
+        for module in (self.embedding, *self.units, *self.heads):
+            module.reset_parameters()
+
+    def forward(self, normal: Tensor, edge_index: Adj | Sequence[Adj], batch: Tensor | None = None) -> Tensor:
+        """Filter the normals: the output of the last unit, without the heads of the others."""
+        frame = self._frame(normal, batch)
+        *_, (x, _) = self._features(normal, edge_index, batch, frame)
+        return self._filtered(self.heads[-1](x), frame)
+
+    def stages(
+        self, normal: Tensor, edge_index: Adj | Sequence[Adj], batch: Tensor | None = None
+    ) -> list[tuple[Tensor, Tensor]]:
+        """Return what each residual unit gives: filtered normals (F, 3) and its residual (F, C)."""
+        frame = self._frame(normal, batch)
+        features = self._features(normal, edge_index, batch, frame)
+        return [
+            (self._filtered(head(x), frame), residual) for head, (x, residual) in zip(self.heads, features, strict=True)
+        ]
+
+    def _frame(self, normal: Tensor, batch: Tensor | None) -> Tensor | None:
+        """Axes of the patch of each face, shape (F, 3, 3) or (1, 3, 3)."""
+        if not self.align:
+            return None
+        frame = patch_frames(normal, batch)
+        return frame if batch is None else frame[batch]
+
+    def _features(
+        self, normal: Tensor, edge_index: Adj | Sequence[Adj], batch: Tensor | None, frame: Tensor | None
+    ) -> Iterator[tuple[Tensor, Tensor]]:
+        """Cleaned feature map and residual after each unit."""
+        if frame is not None:
+            normal = (normal.unsqueeze(1) @ frame).squeeze(1)
+        x = self.embedding(normal, edge_index, batch)
+        for unit in self.units:
+            residual = unit(x, batch)
+            x = x - residual
+            yield x, residual
+
+    @staticmethod
+    def _filtered(out: Tensor, frame: Tensor | None) -> Tensor:
+        """Unit normals, turned back."""
+        out = F.normalize(out, dim=-1)
+        return out if frame is None else (frame @ out.unsqueeze(2)).squeeze(2)

@@ -1,0 +1,83 @@
+"""Multi-scale feature embedding unit."""
+
+from collections.abc import Sequence
+
+import torch
+from torch import Tensor
+from torch.nn import Module, ModuleList
+from torch_geometric.nn import MLP
+from torch_geometric.typing import Adj
+
+from dnf_pyg.nn.attention import ChannelAttention
+from dnf_pyg.nn.grouping import FeatureGroupingConv, NormalGroupingConv
+
+__all__ = ["MultiScaleEmbedding"]
+
+
+class MultiScaleEmbedding(Module):
+    r"""Embed facet normals with growing neighbourhoods and fuse what all levels found.
+
+    Level :math:`l` groups the :math:`k_l` nearest faces (normals on the first level, features above) and weights its
+    channels by attention over the patch; one layer fuses the normals and all levels.
+    Source: Li et al. 2020, Sec. 3.3.1 and Fig. 5.
+
+    Args:
+        k: Neighbours per face on each level.
+        channels: Features per face after each level.
+        out_channels: Features per face after fusing.
+        subtract: Group differences of features on the levels above the first (the paper's Table 1 has it without).
+
+    Shapes:
+        - **normal:** :math:`(F, 3)`
+        - **edge_index:** :math:`(2, E)`, neighbour (row 0) to centre (row 1), nearest first; or one per level
+        - **batch:** :math:`(F)`, patch of each face, sorted; one patch if ``None``
+        - **output:** :math:`(F, C_{out})`
+
+    Raises:
+        ValueError: If ``k`` and ``channels`` differ in length, or ``edge_index`` is a list of another length.
+
+    Example:
+        >>> embedding = MultiScaleEmbedding(k=(1, 2), channels=(8, 16), out_channels=4)
+        >>> embedding(torch.randn(3, 3), torch.tensor([[0, 1, 1, 0, 2, 1], [0, 0, 1, 1, 2, 2]])).shape
+        torch.Size([3, 4])
+    """
+
+    def __init__(
+        self,
+        k: Sequence[int] = (10, 30, 50),
+        channels: Sequence[int] = (64, 128, 256),
+        out_channels: int = 128,
+        subtract: bool = True,
+    ) -> None:
+        super().__init__()
+        if len(k) != len(channels):
+            raise ValueError(f"Expected 'k' and 'channels' of equal length (got {list(k)} and {list(channels)})")
+        deeper = FeatureGroupingConv if subtract else NormalGroupingConv
+        sizes = [3, *channels]
+        self.convs = ModuleList(
+            (deeper if level else NormalGroupingConv)(sizes[level], sizes[level + 1], k=k_level)
+            for level, k_level in enumerate(k)
+        )
+        self.attentions = ModuleList(ChannelAttention(c) for c in channels)
+        self.fuse = MLP([sum(sizes), out_channels], plain_last=False, norm_kwargs={"allow_single_element": True})
+
+    def reset_parameters(self) -> None:
+        """Draw new weights."""
+        for module in (*self.convs, *self.attentions, self.fuse):
+            module.reset_parameters()
+
+    def forward(
+        self,
+        normal: Tensor,
+        edge_index: Adj | Sequence[Adj],
+        batch: Tensor | None = None,
+        batch_size: int | None = None,
+    ) -> Tensor:
+        """Embed each face; ``batch_size`` saves a look at ``batch``."""
+        per_level = edge_index if isinstance(edge_index, list | tuple) else [edge_index] * len(self.convs)
+        if len(per_level) != len(self.convs):
+            raise ValueError(f"Expected 'edge_index' for each of {len(self.convs)} levels (got {len(per_level)})")
+        levels = [normal]
+        for conv, attention, edges in zip(self.convs, self.attentions, per_level, strict=True):
+            levels.append(attention(conv(levels[-1], edges), batch, batch_size))
+        return self.fuse(torch.cat(levels, dim=-1))

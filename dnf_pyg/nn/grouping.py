@@ -1,0 +1,124 @@
+"""Convolutions that group the features of neighbouring faces."""
+
+from collections.abc import Sequence
+from typing import Final
+
+import torch
+from torch import Tensor
+from torch_geometric.nn import MLP, MessagePassing
+from torch_geometric.typing import Adj
+
+from dnf_pyg.nn.neighbors import first_of_equal_rows, sort_by_center
+
+__all__ = ["FeatureGroupingConv", "NormalGroupingConv"]
+
+
+class NormalGroupingConv(MessagePassing):
+    r"""Embed each face from its own normal and those of its neighbours.
+
+    .. math::
+        \mathbf{x}'_i = \max_{j \in \mathcal{N}(i)} h_{\Theta}(\mathbf{x}_i \Vert \mathbf{x}_j)
+
+    with a shared MLP :math:`h_{\Theta}`, batch normalization and ReLU after each of its linear layers. The first linear
+    layer is split over source and target, two products per face and none per edge.
+    Source: Li et al. 2020, Sec. 3.3.1 (normal grouping layer, feature extraction layer).
+
+    Args:
+        in_channels: Features per face on input; 3 for facet normals.
+        out_channels: Features per face on output.
+        hidden_channels: Width of each hidden layer; two layers of half of ``out_channels`` if ``None``.
+        k: Use the first ``k`` edges of each centre only; all if ``None``. A centre with fewer uses what it has.
+
+    Shapes:
+        - **x:** :math:`(F, C_{in})`, or a pair :math:`(F_s, C_{in}), (F_t, C_{in})` of neighbours and centres
+        - **edge_index:** :math:`(2, E)`, neighbour (row 0) to centre (row 1), any order, any degree; an
+          :class:`~torch_geometric.EdgeIndex` or a sparse matrix of shape :math:`(F_t, F_s)` as well. With ``k``, the
+          edges of a centre are listed nearest first.
+        - **output:** :math:`(F_t, C_{out})`; zeros for a face without neighbours
+
+    Raises:
+        ValueError: If ``x`` does not have ``in_channels`` columns, or ``k`` is not positive.
+
+    Example:
+        >>> conv = NormalGroupingConv(3, 16)
+        >>> conv(torch.randn(4, 3), torch.tensor([[1, 2, 0], [0, 0, 1]])).shape
+        torch.Size([4, 16])
+    """
+
+    SUPPORTS_FUSED_EDGE_INDEX: Final = True
+
+    def __init__(
+        self, in_channels: int, out_channels: int, hidden_channels: Sequence[int] | None = None, k: int | None = None
+    ) -> None:
+        super().__init__(aggr="max")
+        if k is not None and k < 1:
+            raise ValueError(f"Expected 'k' to be positive (got {k})")
+        self.in_channels = in_channels
+        self.out_channels = out_channels
+        self.hidden_channels = [out_channels // 2] * 2 if hidden_channels is None else list(hidden_channels)
+        self.k = k
+        self.mlp = MLP(
+            [2 * in_channels, *self.hidden_channels, out_channels],
+            plain_last=False,
+            norm_kwargs={"allow_single_element": True},  # a single edge is normalized with the running statistics
+        )
+
+    def reset_parameters(self) -> None:
+        """Draw new weights."""
+        super().reset_parameters()
+        self.mlp.reset_parameters()
+
+    def forward(self, x: Tensor | tuple[Tensor, Tensor], edge_index: Adj) -> Tensor:
+        """Embed each centre."""
+        x_src, x_dst = (x, x) if isinstance(x, Tensor) else x
+        for value in (x_src, x_dst):
+            if value.size(-1) != self.in_channels:
+                raise ValueError(f"Expected 'x' of shape [num_faces, {self.in_channels}] (got {list(value.shape)})")
+        u, v = self.split_first_linear(x_src, x_dst)
+        size = (x_src.size(0), x_dst.size(0))
+        if torch.compiler.is_compiling():
+            edge_index = first_of_equal_rows(edge_index, size[1], self.k)
+        elif not self.explain:
+            edge_index = sort_by_center(edge_index, size, self.k).as_tensor()
+        return self.propagate(edge_index, u=(None, u), v=(v, None), size=size)
+
+    def split_first_linear(self, x_src: Tensor, x_dst: Tensor) -> tuple[Tensor, Tensor]:
+        """First linear layer of the MLP on :math:`[x_i, x_j]`, split into a term per centre and one per neighbour."""
+        lin = self.mlp.lins[0]
+        own, other = lin.weight.split(self.in_channels, dim=1)
+        return torch.addmm(lin.bias, x_dst, own.t()), x_src @ other.t()
+
+    def message(self, u_i: Tensor, v_j: Tensor) -> Tensor:
+        """Rest of the MLP on each edge, shape (E, C_out)."""
+        h = self.mlp.norms[0](u_i + v_j).relu()
+        for lin, norm in zip(self.mlp.lins[1:], self.mlp.norms[1:], strict=True):
+            h = norm(lin(h)).relu()
+        return h
+
+    def __repr__(self) -> str:
+        return (
+            f"{self.__class__.__name__}({self.in_channels}, {self.out_channels}, "
+            f"hidden_channels={self.hidden_channels}, k={self.k})"
+        )
+
+
+class FeatureGroupingConv(NormalGroupingConv):
+    r"""Embed each face from its own features and how its neighbours differ from it.
+
+    .. math::
+        \mathbf{x}'_i = \max_{j \in \mathcal{N}(i)} h_{\Theta}(\mathbf{x}_i \Vert \mathbf{x}_j - \mathbf{x}_i)
+
+    Shapes, errors and the other arguments as in :class:`NormalGroupingConv`.
+    Source: Li et al. 2020, Sec. 3.3.1 (feature grouping layer, feature extraction layer).
+
+    Example:
+        >>> conv = FeatureGroupingConv(64, 128, k=1)
+        >>> conv(torch.randn(4, 64), torch.tensor([[1, 2, 0], [0, 0, 1]])).shape
+        torch.Size([4, 128])
+    """
+
+    def split_first_linear(self, x_src: Tensor, x_dst: Tensor) -> tuple[Tensor, Tensor]:
+        """First linear layer of the MLP on :math:`[x_i, x_j - x_i]`, split as in the base class."""
+        lin = self.mlp.lins[0]
+        own, difference = lin.weight.split(self.in_channels, dim=1)
+        return torch.addmm(lin.bias, x_dst, (own - difference).t()), x_src @ difference.t()
