@@ -1,0 +1,78 @@
+"""Augmentation of patches."""
+
+import torch
+from torch_geometric.data import Data
+from torch_geometric.transforms import BaseTransform
+
+__all__ = ["JitterNormal", "RandomRotation"]
+
+
+class RandomRotation(BaseTransform):
+    """Turn ``normal`` and ``clean_normal`` by one random rotation, uniform over all rotations.
+
+    Source: Li et al. 2020, Sec. 3.2 (data augmentation).
+
+    Args:
+        generator: Source of randomness; the default of torch if not given.
+
+    Example:
+        >>> data = RandomRotation()(Data(normal=torch.tensor([[0.0, 0, 1]])))
+        >>> bool(torch.isclose(data.normal.norm(), torch.tensor(1.0)))
+        True
+    """
+
+    def __init__(self, generator: torch.Generator | None = None) -> None:
+        self.generator = generator
+
+    def forward(self, data: Data) -> Data:
+        """Turn the normals of a patch."""
+        w, x, y, z = torch.nn.functional.normalize(torch.randn(4, generator=self.generator), dim=0).tolist()
+        rotation = data.normal.new_tensor(  # of the unit quaternion w + xi + yj + zk
+            [
+                [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+                [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+                [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+            ]
+        )
+        data.normal = data.normal @ rotation.t()
+        if "clean_normal" in data:
+            data.clean_normal = data.clean_normal @ rotation.t()
+        return data
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}()"
+
+
+class JitterNormal(BaseTransform):
+    """Add clipped Gaussian noise to ``normal`` and scale it back to unit length.
+
+    Args:
+        sigma: Standard deviation, per coordinate of the unit normal.
+        clip: Largest noise, per coordinate.
+        generator: Source of randomness; the default of torch if not given.
+
+    Raises:
+        ValueError: If ``sigma`` or ``clip`` is negative.
+
+    Example:
+        >>> data = JitterNormal(sigma=0.0)(Data(normal=torch.tensor([[0.0, 0, 1]])))
+        >>> data.normal
+        tensor([[0., 0., 1.]])
+    """
+
+    def __init__(self, sigma: float = 0.005, clip: float = 0.01, generator: torch.Generator | None = None) -> None:
+        for name, value in (("sigma", sigma), ("clip", clip)):
+            if not value >= 0:
+                raise ValueError(f"Expected '{name}' of at least 0 (got {value})")
+        self.sigma = sigma
+        self.clip = clip
+        self.generator = generator
+
+    def forward(self, data: Data) -> Data:
+        """Jitter the normals of a patch."""
+        noise = torch.randn(data.normal.shape, generator=self.generator, dtype=data.normal.dtype) * self.sigma
+        data.normal = torch.nn.functional.normalize(data.normal + noise.clamp(-self.clip, self.clip), dim=-1)
+        return data
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}(sigma={self.sigma}, clip={self.clip})"
