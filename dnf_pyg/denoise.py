@@ -12,7 +12,7 @@ from torch_geometric.data import Batch
 from dnf_pyg.data.patch import Patch, PatchExtractor, patch_to_data
 from dnf_pyg.data.seeds import cover
 from dnf_pyg.errors import MeshError
-from dnf_pyg.mesh.geometry import face_normals
+from dnf_pyg.mesh.geometry import filled_face_normals
 from dnf_pyg.mesh.vertex_update import update_vertices
 from dnf_pyg.nn import DNFNet
 from dnf_pyg.pretrained import DEFAULT_WEIGHTS, load_network
@@ -110,7 +110,7 @@ def filter_normals(
         Filtered normals (F, 3), unit length, and the number of patches of each face (F,).
     """
     num_faces = face.size(1)
-    noisy = face_normals(pos, face).float()
+    noisy = filled_face_normals(pos, face).float()
     extractor = PatchExtractor(pos, face, patch_size=patch_size, k=max(net.k))
     patches = cover(extractor, min_coverage=min_coverage, generator=torch.Generator().manual_seed(seed))
     total = torch.zeros(num_faces, 3)
