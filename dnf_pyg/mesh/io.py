@@ -1,8 +1,9 @@
-"""Mesh files in and out; vertices and faces keep their number and order."""
+"""Mesh files in and out; only positions change, everything else of a file is kept."""
 
-import os
-import tempfile
+import io
+import struct
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -12,10 +13,22 @@ import trimesh
 from torch import Tensor
 
 from dnf_pyg.errors import MeshError, MeshFileError
+from dnf_pyg.mesh.atomic import write_bytes
+from dnf_pyg.mesh.formats import DOCUMENTS, Document, GlbDocument
 
 __all__ = ["SUFFIXES", "MeshFile", "read_mesh", "write_mesh"]
 
-SUFFIXES = (".obj", ".ply", ".stl", ".off", ".glb", ".gltf")
+SUFFIXES = tuple(DOCUMENTS)
+_DAMAGE = (
+    ValueError,
+    LookupError,
+    TypeError,
+    AttributeError,
+    ArithmeticError,
+    MemoryError,
+    RecursionError,
+    struct.error,
+)
 
 
 @dataclass(frozen=True)
@@ -24,23 +37,20 @@ class MeshFile:
 
     Attributes:
         path: The file it came from.
+        document: The file's content, which can be written again with other positions.
         pos: Vertex positions, (V, 3) float64, in the file's units and order.
-        face: Vertices of each triangle, (3, F) long, in the file's order; quads are split.
-        mesh: The mesh as trimesh read it.
+        face: Vertices of each triangle, (3, F) long, in the file's order; polygons are split into fans.
     """
 
     path: Path
+    document: Document
     pos: Tensor
     face: Tensor
-    mesh: trimesh.Trimesh
 
-
-def check_suffix(path: Path) -> str:
-    """Return the lower-case file ending, or raise where no reader or writer knows it."""
-    suffix = path.suffix.lower()
-    if suffix not in SUFFIXES:
-        raise MeshFileError(f"Expected a mesh file ending in {', '.join(SUFFIXES)} (got '{path}'): convert it first")
-    return suffix
+    @cached_property
+    def mesh(self) -> trimesh.Trimesh:
+        """Positions and triangles as a trimesh, vertices and faces in the same order."""
+        return trimesh.Trimesh(self.pos.numpy(), self.face.t().numpy(), process=False)
 
 
 def read_mesh(path: str | Path) -> MeshFile:
@@ -53,7 +63,7 @@ def read_mesh(path: str | Path) -> MeshFile:
         Positions and faces in the order of the file.
 
     Raises:
-        MeshFileError: If the file is missing, empty, unreadable or of an unknown format.
+        MeshFileError: If the file is missing, empty, unreadable, damaged or of an unknown format.
         MeshError: If it holds no triangles.
 
     Examples:
@@ -62,31 +72,36 @@ def read_mesh(path: str | Path) -> MeshFile:
         dnf_pyg.errors.MeshFileError: Expected a mesh file (got 'absent.obj', which does not exist): check the path
     """
     path = Path(path)
-    suffix = check_suffix(path)
-    if not path.is_file():
-        raise MeshFileError(f"Expected a mesh file (got '{path}', which does not exist): check the path")
+    suffix = _check_suffix(path)
+    data = _read_bytes(path)
+    if not data:
+        raise MeshFileError(f"Expected a {suffix} mesh (got '{path}', which has 0 bytes): export it again")
     try:
-        if path.stat().st_size == 0:
-            raise MeshFileError(f"Expected a {suffix} mesh (got '{path}', which has 0 bytes): export it again")
-        mesh = trimesh.load(path, force="mesh", process=False, maintain_order=True)
-    except MeshFileError:
-        raise
-    except OSError as error:
-        raise MeshFileError(f"Expected a readable file (got '{path}': {error.strerror}): check permissions") from error
-    except Exception as error:  # trimesh parsers raise whatever the damaged bytes lead to
-        raise MeshFileError(f"Expected a {suffix} mesh (got '{path}', unreadable: {error}): export it again") from error
-    face = np.asarray(getattr(mesh, "faces", np.empty((0, 3))))
+        document = DOCUMENTS[suffix](data, path.parent)
+    except _DAMAGE as error:
+        reason = str(error) or type(error).__name__
+        raise MeshFileError(
+            f"Expected a {suffix} mesh (got '{path}', unreadable: {reason}): export it again"
+        ) from error
+    face = document.face
     if len(face) == 0:
         raise MeshError(f"Expected a mesh with triangles (got '{path}' without any): mesh a point cloud first")
-    pos = torch.tensor(np.asarray(mesh.vertices), dtype=torch.float64)
-    return MeshFile(path, pos, torch.tensor(face, dtype=torch.long).t().contiguous(), mesh)
+    if face.min() < 0 or face.max() >= len(document.pos):
+        wrong = face[(face < 0) | (face >= len(document.pos))][0]
+        reason = f"'{path}', where a face names vertex {wrong} of {len(document.pos)}"
+        raise MeshFileError(f"Expected faces of existing vertices (got {reason}, counted from 0): export it again")
+    return MeshFile(path, document, torch.from_numpy(document.pos), torch.from_numpy(face).t().contiguous())
 
 
 def write_mesh(mesh: MeshFile | trimesh.Trimesh, pos: Tensor, path: str | Path) -> None:
     """Write a mesh with new vertex positions; the file appears whole or not at all.
 
+    In the format of the file that the mesh was read from, everything else stays as it is, to the byte; normals that it
+    stores are computed again. Materials and textures beside it are copied where they are missing. Another format keeps
+    what both formats know.
+
     Args:
-        mesh: The mesh whose faces, colours and textures are written.
+        mesh: The mesh whose faces, colours, textures and so on are written.
         pos: New vertex positions, (V, 3).
         path: File to write; its ending decides the format.
 
@@ -100,39 +115,63 @@ def write_mesh(mesh: MeshFile | trimesh.Trimesh, pos: Tensor, path: str | Path) 
         dnf_pyg.errors.MeshFileError: Expected a mesh file ending in ... (got 'box.docx'): convert it first
     """
     path = Path(path)
-    suffix = check_suffix(path)
-    source = mesh.mesh if isinstance(mesh, MeshFile) else mesh
-    if len(pos) != len(source.vertices):
-        raise ValueError(f"Expected 'pos' with {len(source.vertices)} vertices (got {len(pos)})")
-    moved = source.copy()
-    moved.vertices = pos.detach().cpu().double().numpy()
-    data: Any = moved.export(file_type=suffix[1:])
-    write_atomically(path, data.encode() if isinstance(data, str) else data)
+    suffix = _check_suffix(path)
+    num_vertices = len(mesh.pos) if isinstance(mesh, MeshFile) else len(mesh.vertices)
+    if len(pos) != num_vertices:
+        raise ValueError(f"Expected 'pos' with {num_vertices} vertices (got {len(pos)})")
+    new_pos = pos.detach().cpu().double().numpy()
+    if isinstance(mesh, trimesh.Trimesh):
+        moved = mesh.copy()
+        moved.vertices = new_pos
+        files = _exported(moved, path)
+    elif mesh.path.suffix.lower() == suffix:
+        files = {**_companions(mesh, path.parent), path: mesh.document.with_positions(new_pos)}
+    else:
+        files = _exported(_as_trimesh(mesh, new_pos), path)
+    for target, data in files.items():
+        write_bytes(target, data)
 
 
-def write_atomically(path: Path, data: bytes) -> None:
-    """Write bytes beside ``path`` and move them there in one step."""
+def _check_suffix(path: Path) -> str:
+    suffix = path.suffix.lower()
+    if suffix not in SUFFIXES:
+        raise MeshFileError(f"Expected a mesh file ending in {', '.join(SUFFIXES)} (got '{path}'): convert it first")
+    return suffix
+
+
+def _read_bytes(path: Path) -> bytes:
     try:
-        descriptor, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+        return path.read_bytes()
+    except FileNotFoundError as error:
+        raise MeshFileError(f"Expected a mesh file (got '{path}', which does not exist): check the path") from error
     except OSError as error:
-        raise MeshFileError(
-            f"Expected a writable folder for '{path}' (got: {error.strerror}): create it or choose another"
-        ) from error
-    try:
-        with os.fdopen(descriptor, "wb") as file:
-            file.write(data)
-        os.chmod(temporary, 0o666 & ~current_umask())
-        os.replace(temporary, path)
-    except OSError as error:
-        raise MeshFileError(
-            f"Expected to write '{path}' (got: {error.strerror}): free some space or choose another place"
-        ) from error
-    finally:
-        Path(temporary).unlink(missing_ok=True)
+        raise MeshFileError(f"Expected a readable file (got '{path}': {error.strerror}): check permissions") from error
 
 
-def current_umask() -> int:
-    """Permissions that new files of this process lack (mkstemp makes private ones)."""
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask
+def _companions(mesh: MeshFile, folder: Path) -> dict[Path, bytes]:
+    """Materials and textures that lie beside or below the file and are missing in another folder."""
+    names = [Path(name) for name in mesh.document.companions()]
+    inside = [name for name in dict.fromkeys(names) if not name.is_absolute() and ".." not in name.parts]
+    missing = [name for name in inside if (mesh.path.parent / name).is_file() and not (folder / name).exists()]
+    return {folder / name: _read_bytes(mesh.path.parent / name) for name in missing}
+
+
+def _as_trimesh(mesh: MeshFile, pos: np.ndarray) -> trimesh.Trimesh:
+    """Let trimesh read the file with other positions, so that it takes along what it can."""
+    data = io.BytesIO(mesh.document.with_positions(pos))
+    options: dict[str, Any] = {"process": False, "maintain_order": True}
+    resolver = trimesh.resolvers.FilePathResolver(str(mesh.path))
+    file_type = mesh.path.suffix.lower()[1:]
+    return trimesh.load_mesh(data, file_type=file_type, resolver=resolver, **options)
+
+
+def _exported(mesh: trimesh.Trimesh, path: Path) -> dict[Path, bytes]:
+    """Files, by path, that hold a mesh in the format of the path's ending; the mesh itself comes last."""
+    suffix = path.suffix.lower()
+    if suffix == ".obj":
+        text, textures = trimesh.exchange.obj.export_obj(mesh, return_texture=True, mtl_name=f"{path.stem}.mtl")
+        return {**{path.parent / name: data for name, data in textures.items()}, path: text.encode()}
+    if suffix == ".gltf":
+        return {path: GlbDocument(trimesh.exchange.gltf.export_glb(mesh), path.parent).as_gltf()}
+    data: Any = mesh.export(file_type=suffix[1:])
+    return {path: data.encode() if isinstance(data, str) else data}

@@ -3,18 +3,19 @@ import os
 import pytest
 import torch
 import trimesh
+from PIL import Image
 
 from dnf_pyg.errors import MeshError, MeshFileError
 from dnf_pyg.mesh.io import read_mesh, write_mesh
 
-SUFFIXES = ["obj", "ply", "stl", "off", "glb"]
+SUFFIXES = ["obj", "ply", "stl", "off", "glb", "gltf"]
 
 
 @pytest.mark.parametrize("suffix", SUFFIXES)
 def test_round_trip_keeps_order(tmp_path, sphere_mesh, suffix):
     pos, face = sphere_mesh
     path = tmp_path / f"sphere.{suffix}"
-    trimesh.Trimesh(pos.numpy(), face.t().numpy(), process=False).export(path)
+    write_mesh(trimesh.Trimesh(pos.numpy(), face.t().numpy(), process=False), pos, path)
     mesh = read_mesh(path)
     torch.testing.assert_close(mesh.pos[mesh.face], pos[face], rtol=0, atol=1e-6)
     assert mesh.path == path
@@ -64,3 +65,53 @@ def test_failed_write_leaves_nothing(tmp_path, monkeypatch):
 def test_rejects_another_number_of_positions(tmp_path):
     with pytest.raises(ValueError, match=r"'pos' with 8 vertices \(got 3\)"):
         write_mesh(trimesh.creation.box(), torch.zeros(3, 3), tmp_path / "box.obj")
+
+
+@pytest.mark.parametrize("source", SUFFIXES)
+@pytest.mark.parametrize("target", SUFFIXES)
+def test_converts_between_formats(tmp_path, cube_mesh, source, target):
+    pos, face = cube_mesh
+    write_mesh(trimesh.Trimesh(pos.numpy(), face.t().numpy(), process=False), pos, tmp_path / f"cube.{source}")
+    mesh = read_mesh(tmp_path / f"cube.{source}")
+    write_mesh(mesh, mesh.pos + 1, tmp_path / f"moved.{target}")
+    moved = read_mesh(tmp_path / f"moved.{target}")
+    torch.testing.assert_close(moved.pos[moved.face], pos[face] + 1, rtol=0, atol=1e-6)
+
+
+def test_texture_survives_in_another_folder_and_format(tmp_path):
+    textured = trimesh.creation.box()
+    image = Image.new("RGB", (2, 2), "red")
+    textured.visual = trimesh.visual.TextureVisuals(uv=textured.vertices[:, :2] + 0.5, image=image)
+    (tmp_path / "out").mkdir()
+    textured.export(tmp_path / "box.obj")
+    mesh = read_mesh(tmp_path / "box.obj")
+    for name in ("box.obj", "box.glb"):
+        write_mesh(mesh, 2 * mesh.pos, tmp_path / "out" / name)
+        again = trimesh.load_mesh(tmp_path / "out" / name, process=False)
+        material = again.visual.material
+        picture = material.image if name == "box.obj" else material.baseColorTexture
+        assert picture.getpixel((0, 0))[:3] == (255, 0, 0)
+        assert again.extents.tolist() == [2, 2, 2]
+
+
+def test_other_files_of_the_user_stay(tmp_path):
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "wood.mtl").write_text("mine")
+    (tmp_path / "wood.mtl").write_text("theirs")
+    (tmp_path / "a.obj").write_text("mtllib wood.mtl ../secret\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    mesh = read_mesh(tmp_path / "a.obj")
+    write_mesh(mesh, mesh.pos, tmp_path / "out" / "a.obj")
+    assert (tmp_path / "out" / "wood.mtl").read_text() == "mine"
+    assert (tmp_path / "out" / "a.obj").read_bytes() == (tmp_path / "a.obj").read_bytes()
+
+
+def test_face_of_a_vertex_that_does_not_exist(tmp_path):
+    (tmp_path / "a.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n")
+    with pytest.raises(MeshFileError, match="vertex 3 of 3"):
+        read_mesh(tmp_path / "a.obj")
+
+
+def test_unreadable_path(tmp_path):
+    (tmp_path / "folder.obj").mkdir()
+    with pytest.raises(MeshFileError, match="Is a directory"):
+        read_mesh(tmp_path / "folder.obj")

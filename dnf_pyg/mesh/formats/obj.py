@@ -1,0 +1,105 @@
+"""Wavefront obj files."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+
+from dnf_pyg.mesh.formats.document import Document, Floats, Ints, fan, moved_normals, number_text, replace_tokens
+
+__all__ = ["ObjDocument"]
+
+_LINE_END = re.compile(rb"(?<!\\)(?<!\\\r)\n")
+_TEXTURE = (b"map_", b"bump", b"disp", b"decal", b"refl", b"norm")
+
+
+class ObjDocument(Document):
+    r"""A Wavefront obj file: ``v`` lines move, ``vn`` lines follow them, all else stays.
+
+    Examples:
+        >>> document = ObjDocument(b"v 0 0 0\nv 1 0 0 # tip\nv 0 1 0\nf 1 2 3\n", Path())
+        >>> document.with_positions(document.pos * [[2], [2], [1]])
+        b'v 0 0 0\nv 2.000000000 0.000000000 0.000000000 # tip\nv 0 1 0\nf 1 2 3\n'
+    """
+
+    def __init__(self, data: bytes, folder: Path) -> None:
+        super().__init__(data, folder)
+        self.lines = _LINE_END.split(data) if b"\\\n" in data or b"\\\r\n" in data else data.split(b"\n")
+        rows: dict[bytes, list[int]] = {b"v": [], b"vn": [], b"f": [], b"mtllib": []}
+        for row, line in enumerate(self.lines):
+            keyword = line.split(None, 1)[:1]
+            if keyword and keyword[0] in rows:
+                rows[keyword[0]].append(row)
+        self.rows = rows
+        self.pos = self._numbers(rows[b"v"])
+        self.normal = self._numbers(rows[b"vn"])
+        self._read_faces()
+
+    def _rewritten(self, pos: Floats) -> bytes:
+        lines = list(self.lines)
+        self._replace(lines, self.rows[b"v"], self.moved(pos), pos)
+        if self.corner_normal is not None:
+            normal = moved_normals(self.normal, self.corner_normal, self.face, self.pos, pos)
+            self._replace(lines, self.rows[b"vn"], np.flatnonzero((normal != self.normal).any(axis=1)), normal)
+        return b"\n".join(lines)
+
+    def companions(self) -> list[str]:
+        """Material libraries, and the textures that they name."""
+        names = [self._words(row)[1:] for row in self.rows[b"mtllib"]]
+        libraries = [b" ".join(words).decode(errors="replace") for words in names if words]
+        textures = []
+        for library in libraries:
+            path = self.folder / library
+            if path.is_file():
+                lines = [line.split() for line in path.read_bytes().splitlines()]
+                textures += [words[-1] for words in lines if len(words) > 1 and words[0].lower().startswith(_TEXTURE)]
+        return libraries + [name.decode(errors="replace") for name in textures]
+
+    def _read_faces(self) -> None:
+        polygons = [self._words(row)[1:] for row in self.rows[b"f"]]
+        count = np.array([len(words) for words in polygons], dtype=np.int64)
+        reference = _references([word for words in polygons for word in words])  # (C, 3): vertex, texture, normal
+        corner = fan(count)
+        self.face = self._absolute(reference[:, 0], b"v", count)[corner]
+        has_normal = len(self.normal) > 0 and len(reference) > 0 and bool((reference[:, 2] != 0).all())
+        self.corner_normal = self._absolute(reference[:, 2], b"vn", count)[corner] if has_normal else None
+        if self.corner_normal is not None and self.corner_normal.max(initial=0) >= len(self.normal):
+            raise ValueError(f"a face names normal {self.corner_normal.max() + 1} of {len(self.normal)}")
+
+    def _absolute(self, reference: Ints, keyword: bytes, count: Ints) -> Ints:
+        """Count from 0; negative references count back from the lines above the face."""
+        if (reference == 0).any():
+            raise ValueError("a face names number 0, but obj counts from 1")
+        above = np.repeat(np.searchsorted(self.rows[keyword], self.rows[b"f"]), count)
+        return np.where(reference < 0, above + reference, reference - 1)
+
+    def _words(self, row: int) -> list[bytes]:
+        line = self.lines[row]
+        if b"\\\n" in line or b"\\\r\n" in line:
+            line = re.sub(rb"\\\r?\n", b" ", line)
+        return (line if b"#" not in line else line.split(b"#", 1)[0]).split()
+
+    def _numbers(self, rows: list[int]) -> Floats:
+        return np.array([self._words(row)[1:4] for row in rows], dtype=np.float64).reshape(-1, 3)
+
+    @staticmethod
+    def _replace(lines: list[bytes], rows: list[int], changed: Ints, values: Floats) -> None:
+        for number, text in zip(changed.tolist(), number_text(values[changed], values), strict=True):
+            lines[rows[number]] = replace_tokens(lines[rows[number]], (1, 2, 3), text)
+
+
+def _references(words: list[bytes]) -> Ints:
+    """Vertex, texture and normal numbers (C, 3) of corners such as ``7``, ``7/8``, ``7//9`` and ``7/8/9``; 0: none."""
+    slashes = {word.count(b"/") for word in words}
+    reference = np.zeros((len(words), 3), dtype=np.int64)
+    if slashes <= {0}:
+        reference[:, 0] = np.array(words, dtype=np.int64)
+    elif len(slashes) == 1 and not any(word.endswith(b"/") for word in words):
+        text = b" ".join(words).replace(b"//", b"/0/").replace(b"/", b" ")
+        fields = slashes.pop() + 1
+        reference[:, :fields] = np.array(text.split(), dtype=np.int64).reshape(-1, fields)
+    else:
+        for row, word in enumerate(words):
+            fields_of_word = [int(field or 0) for field in word.split(b"/")]
+            reference[row, : len(fields_of_word)] = fields_of_word
+    return reference
