@@ -16,6 +16,7 @@ from dnf_pyg.mesh.geometry import face_normals
 from dnf_pyg.mesh.io import read_mesh, write_mesh
 from dnf_pyg.metrics import MeanAngularDifference
 from dnf_pyg.pretrained import DEFAULT_WEIGHTS, load_network, packaged_weights
+from dnf_pyg.report import draw_meshes
 
 __all__ = ["add_arguments", "run"]
 
@@ -32,6 +33,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help=f"checkpoint of `dnf-pyg fit`, folder, or packaged name ({known}); default %(default)s",
     )
     parser.add_argument("--reference", type=Path, metavar="CLEAN", help="clean mesh: print theta before and after")
+    parser.add_argument("--picture", type=Path, metavar="PNG", help="draw noisy and denoised mesh side by side")
     parser.add_argument("--iterations", type=int, default=20, help="iterations of the vertex update (%(default)s)")
     parser.add_argument("--seed", type=int, default=0, help="seed of the choice of patches (%(default)s)")
 
@@ -65,6 +67,10 @@ def run(options: argparse.Namespace) -> None:
             f"theta of the filtered normals  {_theta(result.normal, clean):7.3f} degrees\n"
             f"theta of the denoised mesh     {after['theta']:7.3f} degrees\n"
         )
+    if options.picture is not None:
+        meshes = {} if reference is None else {"clean": (reference.pos, mesh.face)}
+        meshes |= {"noisy": (mesh.pos, mesh.face), "denoised": (pos, mesh.face)}
+        draw_meshes(options.picture, meshes, meshes.get("clean"))
 
 
 def _theta(normal: Tensor, clean_normal: Tensor) -> float:

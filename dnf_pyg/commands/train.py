@@ -1,6 +1,9 @@
 """The training commands: LightningCLI over :class:`NormalFilteringModule` and any data module by class path."""
 
+import argparse
+import warnings
 from collections.abc import Sequence
+from typing import Any
 
 import torch
 from lightning.pytorch.cli import LightningArgumentParser, LightningCLI
@@ -12,19 +15,12 @@ from dnf_pyg.module import NormalFilteringModule
 __all__ = ["run"]
 
 
-class _OneLineErrors(LightningArgumentParser):
-    """Report a wrong key or value as one typed error instead of a usage text."""
-
-    def error(self, message: str, ex: Exception | None = None) -> None:
-        raise DataError(f"{message}: see `dnf-pyg fit --help`") from ex
-
-
 class TrainingCLI(LightningCLI):
-    """LightningCLI whose errors are :class:`DataError`."""
+    """LightningCLI that raises on a wrong key or value instead of printing a usage text."""
 
-    def init_parser(self, **kwargs: object) -> LightningArgumentParser:
+    def init_parser(self, **kwargs: Any) -> LightningArgumentParser:
         """Make the parser of the command line."""
-        return _OneLineErrors(**kwargs)
+        return super().init_parser(**kwargs, exit_on_error=False)
 
 
 def run(words: Sequence[str]) -> None:
@@ -36,14 +32,22 @@ def run(words: Sequence[str]) -> None:
     Raises:
         DataError: If the config or an argument is wrong.
     """
+    warnings.filterwarnings("ignore", message="LightningCLI's args parameter")  # given on purpose
     torch.set_float32_matmul_precision("high")
-    TrainingCLI(
-        NormalFilteringModule,
-        subclass_mode_data=True,
-        seed_everything_default=0,
-        save_config_kwargs={"overwrite": True},  # relaunching into the same folder continues there
-        args=_with_config_paths(words),
-    )
+    try:
+        TrainingCLI(
+            NormalFilteringModule,
+            subclass_mode_data=True,
+            seed_everything_default=0,
+            save_config_kwargs={"overwrite": True},  # relaunching into the same folder continues there
+            args=_with_config_paths(words),
+        )
+    except argparse.ArgumentError as error:
+        raise DataError(f"{error}: see `dnf-pyg {words[0]} --help`") from error
+    except FileNotFoundError as error:
+        if "Checkpoint file not found" not in str(error):
+            raise
+        raise DataError(f"{error}: give the path of a checkpoint, or `last`, to --ckpt_path") from error
 
 
 def _with_config_paths(words: Sequence[str]) -> list[str]:

@@ -1,0 +1,64 @@
+"""What the data modules share: loaders over patch data sets, one per split."""
+
+from collections.abc import Callable
+
+from lightning.pytorch import LightningDataModule
+from torch.utils.data import Dataset
+from torch_geometric.data import Data
+from torch_geometric.loader import DataLoader
+from torch_geometric.transforms import Compose
+
+from dnf_pyg.data import JitterNormal, RandomRotation
+
+__all__ = ["PatchDataModule"]
+
+
+class PatchDataModule(LightningDataModule):
+    """Serve batches of patches; a subclass says which data set belongs to which split.
+
+    Every batch is a PyG ``Batch`` with the attributes listed in :mod:`dnf_pyg.data.patch`.
+
+    Args:
+        batch_size: Patches per batch.
+        num_workers: Processes that load training patches; 0 loads in the training process.
+        rotate: Turn every training patch by a random rotation.
+        jitter: Standard deviation of the jitter of the training normals, clipped at twice its value; 0 for none.
+    """
+
+    def __init__(self, batch_size: int, num_workers: int, rotate: bool, jitter: float) -> None:
+        super().__init__()
+        self.batch_size = batch_size
+        self.num_workers = num_workers
+        steps = ([RandomRotation()] if rotate else []) + ([JitterNormal(jitter, 2 * jitter)] if jitter else [])
+        self.augmentation: Callable[[Data], Data] | None = Compose(steps) if steps else None
+
+    def dataset(self, split: str) -> Dataset:
+        """Patches of ``train``, ``val`` or ``test``."""
+        raise NotImplementedError
+
+    def prepare_data(self) -> None:
+        """Cut and cache the patches in one process; it sets no state."""
+        for split in ("train", "val"):
+            self.dataset(split)
+
+    def train_dataloader(self) -> DataLoader:
+        """Training patches, shuffled and augmented."""
+        return DataLoader(
+            self.dataset("train"),
+            self.batch_size,
+            shuffle=True,
+            num_workers=self.num_workers,
+            persistent_workers=self.num_workers > 0,
+        )
+
+    def val_dataloader(self) -> DataLoader:
+        """Validation patches."""
+        return DataLoader(self.dataset("val"), self.batch_size)
+
+    def test_dataloader(self) -> DataLoader:
+        """Test patches."""
+        return DataLoader(self.dataset("test"), self.batch_size)
+
+    def predict_dataloader(self) -> DataLoader:
+        """Test patches."""
+        return self.test_dataloader()
