@@ -5,10 +5,13 @@ from typing import Final
 
 import torch
 from torch import Tensor
+from torch_geometric import EdgeIndex
 from torch_geometric.nn import MLP, MessagePassing
-from torch_geometric.typing import Adj
+from torch_geometric.typing import Adj, OptPairTensor
 
+from dnf_pyg.nn.edge_mlp import folded_edge_max, normalized_edge_max
 from dnf_pyg.nn.neighbors import first_of_equal_rows, sort_by_center
+from dnf_pyg.nn.rows import Rows
 
 __all__ = ["FeatureGroupingConv", "NormalGroupingConv"]
 
@@ -79,8 +82,17 @@ class NormalGroupingConv(MessagePassing):
         if torch.compiler.is_compiling():
             edge_index = first_of_equal_rows(edge_index, size[1], self.k)
         elif not self.explain:
-            edge_index = sort_by_center(edge_index, size, self.k).as_tensor()
+            edge_index = sort_by_center(edge_index, size, self.k)
+            if not self._can_fuse(edge_index):
+                edge_index = edge_index.as_tensor()
         return self.propagate(edge_index, u=(None, u), v=(v, None), size=size)
+
+    def _can_fuse(self, edge_index: EdgeIndex) -> bool:
+        """Whether all layers train on the statistics of several edges, or none does and no gradient is asked for."""
+        training = [norm.module.training for norm in self.mlp.norms]
+        if len(training) == 1 or edge_index.size(1) == 0:
+            return False
+        return edge_index.size(1) > 1 if all(training) else not (any(training) or torch.is_grad_enabled())
 
     def split_first_linear(self, x_src: Tensor, x_dst: Tensor) -> tuple[Tensor, Tensor]:
         """First linear layer of the MLP on :math:`[x_i, x_j]`, split into a term per centre and one per neighbour."""
@@ -94,6 +106,12 @@ class NormalGroupingConv(MessagePassing):
         for lin, norm in zip(self.mlp.lins[1:], self.mlp.norms[1:], strict=True):
             h = norm(lin(h)).relu()
         return h
+
+    def message_and_aggregate(self, edge_index: EdgeIndex, u: OptPairTensor, v: OptPairTensor) -> Tensor:
+        """Messages and their max in blocks of centres, the same numbers without arrays of all edges."""
+        rows = Rows.from_sorted(edge_index)
+        run = normalized_edge_max if self.mlp.norms[0].module.training else folded_edge_max
+        return rows.spread(run(self.mlp, rows.pick(u[1]), v[0], rows))
 
     def __repr__(self) -> str:
         return (
