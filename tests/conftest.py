@@ -37,3 +37,23 @@ def cnr_root():
     if not root.is_dir():
         pytest.skip("the CNR benchmark is not beside this checkout (../shared/data/cnr)")
     return root
+
+
+@pytest.fixture(scope="session")
+def cnr_folder(tmp_path_factory):
+    """Tiny meshes in the layout of the CNR benchmark: two to train on, one to test on, in each subset."""
+    root = tmp_path_factory.mktemp("cnr")
+    generator = torch.Generator().manual_seed(0)
+    shapes = {"ball": trimesh.creation.icosphere(subdivisions=2), "box": trimesh.creation.box().subdivide_loop(3)}
+    for subset in ("Synthetic", "Kinect_v1"):
+        for split, names in (("train", ("ball", "box")), ("test", ("ball",))):
+            for part in ("original", "noisy"):
+                (root / subset / split / part).mkdir(parents=True)
+            for name in names:
+                clean = shapes[name]
+                clean.export(root / subset / split / "original" / f"{name}.obj")
+                for ending in ("n1", "n2") if subset == "Synthetic" else ("noisy",):
+                    noisy = clean.copy()
+                    noisy.vertices += 0.02 * torch.randn(clean.vertices.shape, generator=generator).numpy()
+                    noisy.export(root / subset / split / "noisy" / f"{name}_{ending}.obj")
+    return root
