@@ -131,6 +131,11 @@ def replace_tokens(line: bytes, columns: Sequence[int], values: Sequence[bytes])
         >>> replace_tokens(b"v  1 2 3 # tip", (1, 2, 3), (b"7", b"8", b"9"))
         b'v  7 8 9 # tip'
     """
+    words = line.split(b" ")
+    if b"" not in words and not line.count(b"\t") and not line.count(b"\r") and not line.count(b"\\"):  # the usual line
+        for column, value in zip(columns, values, strict=True):
+            words[column] = value
+        return b" ".join(words)
     parts = _SEPARATOR.split(line)
     indent = 2 if parts[0] == b"" else 0
     for column, value in zip(columns, values, strict=True):

@@ -25,14 +25,9 @@ class ObjDocument(Document):
     def __init__(self, data: bytes, folder: Path) -> None:
         super().__init__(data, folder)
         self.lines = _LINE_END.split(data) if b"\\\n" in data or b"\\\r\n" in data else data.split(b"\n")
-        rows: dict[bytes, list[int]] = {b"v": [], b"vn": [], b"f": [], b"mtllib": []}
-        for row, line in enumerate(self.lines):
-            keyword = line.split(None, 1)[:1]
-            if keyword and keyword[0] in rows:
-                rows[keyword[0]].append(row)
-        self.rows = rows
-        self.pos = self._numbers(rows[b"v"])
-        self.normal = self._numbers(rows[b"vn"])
+        self.rows = self._rows_by_keyword()
+        self.pos = self._numbers(b"v")
+        self.normal = self._numbers(b"vn")
         self._read_faces()
 
     def _rewritten(self, pos: Floats) -> bytes:
@@ -45,8 +40,7 @@ class ObjDocument(Document):
 
     def companions(self) -> list[str]:
         """Material libraries, and the textures that they name."""
-        names = [self._words(row)[1:] for row in self.rows[b"mtllib"]]
-        libraries = [b" ".join(words).decode(errors="replace") for words in names if words]
+        libraries = [line.strip()[6:].strip().decode(errors="replace") for line in self._plain_lines(b"mtllib")]
         textures = []
         for library in libraries:
             path = self.folder / library
@@ -55,10 +49,26 @@ class ObjDocument(Document):
                 textures += [words[-1] for words in lines if len(words) > 1 and words[0].lower().startswith(_TEXTURE)]
         return libraries + [name.decode(errors="replace") for name in textures]
 
+    def _rows_by_keyword(self) -> dict[bytes, list[int]]:
+        by_head: dict[bytes, list[int]] = {}
+        for row, line in enumerate(self.lines):
+            by_head.setdefault(line[:2], []).append(row)
+        rows: dict[bytes, list[int]] = {b"v": [], b"vn": [], b"f": [], b"mtllib": []}
+        for head, found in by_head.items():
+            if head in (b"v ", b"vn", b"f "):
+                rows[head.rstrip()] += found
+            elif head != b"vt":
+                for row in found:
+                    for keyword in self.lines[row].split(None, 1)[:1]:
+                        rows.get(keyword, []).append(row)
+        return {keyword: sorted(found) for keyword, found in rows.items()}
+
     def _read_faces(self) -> None:
-        polygons = [self._words(row)[1:] for row in self.rows[b"f"]]
-        count = np.array([len(words) for words in polygons], dtype=np.int64)
-        reference = _references([word for words in polygons for word in words])  # (C, 3): vertex, texture, normal
+        lines = self._plain_lines(b"f")
+        count = np.array([len(line.split()) - 1 for line in lines], dtype=np.int64)
+        reference = _references(
+            [word for line in lines for word in line.split()[1:]]
+        )  # (C, 3): vertex, texture, normal
         corner = fan(count)
         self.face = self._absolute(reference[:, 0], b"v", count)[corner]
         has_normal = len(self.normal) > 0 and len(reference) > 0 and bool((reference[:, 2] != 0).all())
@@ -73,14 +83,20 @@ class ObjDocument(Document):
         above = np.repeat(np.searchsorted(self.rows[keyword], self.rows[b"f"]), count)
         return np.where(reference < 0, above + reference, reference - 1)
 
-    def _words(self, row: int) -> list[bytes]:
-        line = self.lines[row]
-        if b"\\\n" in line or b"\\\r\n" in line:
-            line = re.sub(rb"\\\r?\n", b" ", line)
-        return (line if b"#" not in line else line.split(b"#", 1)[0]).split()
+    def _plain_lines(self, keyword: bytes) -> list[bytes]:
+        """Lines of a keyword in one piece and without comments."""
+        lines = [self.lines[row] for row in self.rows[keyword]]
+        text = b"\n".join(lines)
+        if b"\\\n" in text or b"\\\r\n" in text:
+            lines = [re.sub(rb"\\\r?\n", b" ", line) for line in lines]
+        return [line.split(b"#", 1)[0] for line in lines] if b"#" in text else lines
 
-    def _numbers(self, rows: list[int]) -> Floats:
-        return np.array([self._words(row)[1:4] for row in rows], dtype=np.float64).reshape(-1, 3)
+    def _numbers(self, keyword: bytes) -> Floats:
+        lines = self._plain_lines(keyword)
+        words = [word for line in lines for word in line.split()[1:4]]  # flat: a list per line would cost far more
+        if len(words) != 3 * len(lines):
+            raise ValueError(f"a line of '{keyword.decode()}' has fewer than three numbers")
+        return np.array(words, dtype=np.float64).reshape(-1, 3)
 
     @staticmethod
     def _replace(lines: list[bytes], rows: list[int], changed: Ints, values: Floats) -> None:
@@ -90,14 +106,15 @@ class ObjDocument(Document):
 
 def _references(words: list[bytes]) -> Ints:
     """Vertex, texture and normal numbers (C, 3) of corners such as ``7``, ``7/8``, ``7//9`` and ``7/8/9``; 0: none."""
-    slashes = {word.count(b"/") for word in words}
     reference = np.zeros((len(words), 3), dtype=np.int64)
-    if slashes <= {0}:
+    text = b" ".join(words)
+    slashes = {word.count(b"/") for word in words} if b"/" in text else {0}
+    if slashes == {0}:
         reference[:, 0] = np.array(words, dtype=np.int64)
     elif len(slashes) == 1 and not any(word.endswith(b"/") for word in words):
-        text = b" ".join(words).replace(b"//", b"/0/").replace(b"/", b" ")
         fields = slashes.pop() + 1
-        reference[:, :fields] = np.array(text.split(), dtype=np.int64).reshape(-1, fields)
+        numbers = text.replace(b"//", b"/0/").replace(b"/", b" ").split()
+        reference[:, :fields] = np.array(numbers, dtype=np.int64).reshape(-1, fields)
     else:
         for row, word in enumerate(words):
             fields_of_word = [int(field or 0) for field in word.split(b"/")]

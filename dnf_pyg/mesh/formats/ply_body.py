@@ -46,8 +46,8 @@ class TextBody(Body):
     def columns(self, element: Element, names: tuple[str, ...]) -> Floats:
         """Single values by row, (N, C)."""
         places = self._places(element, names)
-        words = [self.lines[row].split() for row in self.rows[element.name]]
-        return np.array([[line[place] for place in places] for line in words], dtype=np.float64).reshape(-1, len(names))
+        lines = (self.lines[row].split() for row in self.rows[element.name])
+        return np.array([line[place] for line in lines for place in places], dtype=np.float64).reshape(-1, len(names))
 
     def lists(self, element: Element, column: int) -> tuple[Ints, Ints]:
         """Length of each row's list (N,), and the values of all."""

@@ -81,7 +81,7 @@ def test_lists_materials_and_textures(tmp_path):
 @pytest.mark.parametrize(
     ("data", "text"),
     [
-        (b"v 0 0\nf 1 1 1\n", "shape|reshape"),
+        (b"v 0 0\nf 1 1 1\n", "fewer than three"),
         (b"v 0 0 x\n", "could not convert"),
         (b"v 0 0 0\nf 0 1 1\n", "counts from 1"),
         (b"v 0 0 0\nvn 0 0 1\nf 1//7 1//1 1//1\n", "normal 7 of 1"),
