@@ -1,5 +1,6 @@
 """Data modules for `dnf-pyg fit`, one per source of meshes."""
 
+from datamodules.clean_meshes import CleanMeshesDataModule
 from datamodules.cnr import CNRDataModule
 
-__all__ = ["CNRDataModule"]
+__all__ = ["CNRDataModule", "CleanMeshesDataModule"]

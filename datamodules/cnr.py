@@ -6,7 +6,7 @@ from typing import Literal
 
 from torch.utils.data import Dataset
 
-from datamodules.patches import PatchDataModule
+from datamodules.patches import PatchDataModule, spread
 from dnf_pyg.data import PatchDataset
 from dnf_pyg.errors import DataError
 
@@ -96,7 +96,7 @@ class CNRDataModule(PatchDataModule):
         options = self.hparams
         pairs = cnr_pairs(options.root, options.subset, "test" if split == "test" else "train")
         if split != "test":
-            held_back = self._held_back({clean.stem for _, clean in pairs})
+            held_back = spread(sorted({clean.stem for _, clean in pairs}), options.val_share)
             pairs = [pair for pair in pairs if (pair[1].stem in held_back) == (split == "val")]
         return PatchDataset(
             pairs,
@@ -107,9 +107,3 @@ class CNRDataModule(PatchDataModule):
             seed=options.seed,
             transform=self.augmentation if split == "train" else None,
         )
-
-    def _held_back(self, names: set[str]) -> set[str]:
-        """Names of the validation meshes: evenly spread over the sorted names, at least one."""
-        count = max(1, round(self.hparams.val_share * len(names)))
-        ordered = sorted(names)
-        return {ordered[(2 * i + 1) * len(ordered) // (2 * count)] for i in range(count)}

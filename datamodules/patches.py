@@ -10,7 +10,18 @@ from torch_geometric.transforms import Compose
 
 from dnf_pyg.data import JitterNormal, RandomRotation
 
-__all__ = ["PatchDataModule"]
+__all__ = ["PatchDataModule", "spread"]
+
+
+def spread(names: list[str], share: float) -> set[str]:
+    """Pick a share of the names, evenly spread over their order, at least one.
+
+    Example:
+        >>> sorted(spread(["a", "b", "c", "d"], 0.5))
+        ['b', 'd']
+    """
+    count = max(1, round(share * len(names)))
+    return {names[(2 * i + 1) * len(names) // (2 * count)] for i in range(count)}
 
 
 class PatchDataModule(LightningDataModule):

@@ -42,7 +42,9 @@ def main(args: Sequence[str] | None = None) -> int:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="dnf-pyg", description=dnf_pyg.__doc__, epilog=f"version {dnf_pyg.__version__}")
+    parser = argparse.ArgumentParser(
+        prog="dnf-pyg", description=dnf_pyg.__doc__, epilog=f"version {dnf_pyg.__version__}"
+    )
     parser.add_argument("--version", action="version", version=dnf_pyg.__version__)
     subparsers = parser.add_subparsers(metavar="COMMAND", required=True)
     for name, (module, summary) in COMMANDS.items():

@@ -73,7 +73,14 @@ def denoise(
     pos = torch.tensor(mesh.vertices, dtype=torch.float64)
     face = torch.tensor(mesh.faces, dtype=torch.long).t().contiguous()
     normal, coverage = filter_normals(
-        net, pos, face, patch_size=patch_size, min_coverage=min_coverage, batch_size=batch_size, seed=seed, progress=progress
+        net,
+        pos,
+        face,
+        patch_size=patch_size,
+        min_coverage=min_coverage,
+        batch_size=batch_size,
+        seed=seed,
+        progress=progress,
     )
     denoised = mesh.copy()
     denoised.vertices = update_vertices(pos, face, normal.double(), num_iterations=num_iterations).numpy()

@@ -1,6 +1,7 @@
 """Training of a normal filtering network: steps, logging, optimizer; no maths of its own."""
 
-from typing import Any
+from collections.abc import Sequence
+from typing import Any, Literal
 
 import torch
 from lightning.pytorch import LightningModule
@@ -11,7 +12,7 @@ from torch_geometric.data import Batch
 from dnf_pyg.errors import WeightsError
 from dnf_pyg.losses import JointLoss
 from dnf_pyg.metrics import MeanAngularDifference
-from dnf_pyg.nn import DNFNet
+from dnf_pyg.nn import DNFNet, subsample_neighbors
 
 __all__ = ["NormalFilteringModule"]
 
@@ -28,7 +29,10 @@ class NormalFilteringModule(LightningModule):
         net: The network.
         loss: The training loss; the paper's by default.
         optimizer: Makes the optimizer from the parameters; Adam with a rate of 1e-3 by default.
-        scheduler: Makes a learning rate schedule from the optimizer, stepped once an epoch.
+        scheduler: Makes a learning rate schedule from the optimizer.
+        scheduler_interval: Step the schedule once an ``epoch`` or once a ``step``.
+        train_k: Neighbours kept at random on each level while training (:func:`~dnf_pyg.nn.subsample_neighbors`);
+            all of ``net.k`` if not given. Differs: the paper trains on all.
     """
 
     def __init__(
@@ -37,12 +41,16 @@ class NormalFilteringModule(LightningModule):
         loss: JointLoss | None = None,
         optimizer: OptimizerCallable = torch.optim.Adam,
         scheduler: LRSchedulerCallable | None = None,
+        scheduler_interval: Literal["epoch", "step"] = "epoch",
+        train_k: Sequence[int] | None = None,
     ) -> None:
         super().__init__()
         self.net = net
         self.loss = JointLoss() if loss is None else loss
         self.optimizer = optimizer
         self.scheduler = scheduler
+        self.scheduler_interval = scheduler_interval
+        self.train_k = train_k
         self.theta = torch.nn.ModuleDict({stage: MeanAngularDifference() for stage in ("train_", "val_", "test_")})
 
     def forward(self, batch: Batch) -> Tensor:
@@ -70,7 +78,8 @@ class NormalFilteringModule(LightningModule):
         optimizer = self.optimizer(self.net.parameters())
         if self.scheduler is None:
             return optimizer
-        return {"optimizer": optimizer, "lr_scheduler": self.scheduler(optimizer)}
+        schedule = {"scheduler": self.scheduler(optimizer), "interval": self.scheduler_interval}
+        return {"optimizer": optimizer, "lr_scheduler": schedule}
 
     def on_save_checkpoint(self, checkpoint: dict[str, Any]) -> None:
         """Store what rebuilds the network."""
@@ -89,13 +98,20 @@ class NormalFilteringModule(LightningModule):
             raise WeightsError(f"Expected a checkpoint of the configured network (got {listed}): change `model.net`")
 
     def _step(self, batch: Batch, stage: str) -> Tensor:
-        stages = self.net.stages(batch.normal, batch.edge_index, batch.batch)
+        stages = self.net.stages(batch.normal, self._edges(batch.edge_index), batch.batch)
         terms = self.loss(stages, batch.clean_normal, batch.batch)
         theta = self.theta[f"{stage}_"]
         theta.update(stages[-1][0].detach(), batch.clean_normal)
-        values = {f"{stage}/loss": terms.total, f"{stage}/recovery": terms.recovery, f"{stage}/residual": terms.residual}
+        values = {
+            f"{stage}/loss": terms.total,
+            f"{stage}/recovery": terms.recovery,
+            f"{stage}/residual": terms.residual,
+        }
         self.log_dict(values, batch_size=batch.num_graphs, on_step=False, on_epoch=True, sync_dist=stage != "train")
-        self.log(
-            f"{stage}/theta", theta, batch_size=batch.num_graphs, on_step=False, on_epoch=True, prog_bar=True
-        )
+        self.log(f"{stage}/theta", theta, batch_size=batch.num_graphs, on_step=False, on_epoch=True, prog_bar=True)
         return terms.total
+
+    def _edges(self, edge_index: Tensor) -> Tensor | list[Tensor]:
+        if not self.training or self.train_k is None:
+            return edge_index
+        return [subsample_neighbors(edge_index, k, keep) for k, keep in zip(self.net.k, self.train_k, strict=True)]

@@ -75,7 +75,9 @@ def _from_checkpoint(path: Path) -> DNFNet:
         raise WeightsError(f"Expected a readable checkpoint (got {path}: {_first_line(error)})") from error
     if not isinstance(checkpoint, dict) or not {"network", "state_dict"} <= checkpoint.keys():
         raise WeightsError(f"Expected a checkpoint made by `dnf-pyg fit` (got {path} without key 'network')")
-    state = {key.removeprefix("net."): value for key, value in checkpoint["state_dict"].items() if key.startswith("net.")}
+    state = {
+        key.removeprefix("net."): value for key, value in checkpoint["state_dict"].items() if key.startswith("net.")
+    }
     try:
         net = DNFNet(**checkpoint["network"])
         net.load_state_dict(state)

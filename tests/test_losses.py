@@ -8,7 +8,10 @@ from dnf_pyg.losses import JointLoss, NormalDistance, SquaredNormalDistance
 def stages():
     generator = torch.Generator().manual_seed(0)
     return [
-        (torch.nn.functional.normalize(torch.randn(7, 3, generator=generator), dim=-1), torch.randn(7, 5, generator=generator))
+        (
+            torch.nn.functional.normalize(torch.randn(7, 3, generator=generator), dim=-1),
+            torch.randn(7, 5, generator=generator),
+        )
         for _ in range(2)
     ]
 
@@ -28,7 +31,8 @@ def test_matches_loop_over_patches_of_different_size(stages):
 def test_no_batch_is_one_patch(stages):
     clean = stages[0][0]
     torch.testing.assert_close(
-        torch.stack(JointLoss()(stages, clean)), torch.stack(JointLoss()(stages, clean, torch.zeros(7, dtype=torch.long)))
+        torch.stack(JointLoss()(stages, clean)),
+        torch.stack(JointLoss()(stages, clean, torch.zeros(7, dtype=torch.long))),
     )
 
 

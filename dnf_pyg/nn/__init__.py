@@ -5,6 +5,7 @@ from dnf_pyg.nn.dnf_net import DNFNet
 from dnf_pyg.nn.embedding import MultiScaleEmbedding
 from dnf_pyg.nn.grouping import FeatureGroupingConv, NormalGroupingConv
 from dnf_pyg.nn.residual import ResidualUnit
+from dnf_pyg.nn.subsample import subsample_neighbors
 
 __all__ = [
     "ChannelAttention",
@@ -13,4 +14,5 @@ __all__ = [
     "MultiScaleEmbedding",
     "NormalGroupingConv",
     "ResidualUnit",
+    "subsample_neighbors",
 ]

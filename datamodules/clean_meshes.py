@@ -1,0 +1,88 @@
+"""Clean meshes of any folder; the noise is drawn afresh each time a patch is served."""
+
+from pathlib import Path
+
+from torch.utils.data import Dataset
+
+from datamodules.patches import PatchDataModule, spread
+from dnf_pyg.data import PatchDataset
+from dnf_pyg.errors import DataError
+from dnf_pyg.mesh.io import SUFFIXES
+from dnf_pyg.mesh.noise import GaussianNormalNoise, Noise
+
+__all__ = ["CleanMeshesDataModule"]
+
+
+class CleanMeshesDataModule(PatchDataModule):
+    """Patches of clean meshes with noise added; a share of the meshes is held back for validation and testing.
+
+    Args:
+        root: Folder of clean meshes.
+        names: File names without ending that count; every mesh of the folder if not given.
+        noise: Noise model; Gaussian along the vertex normal by default.
+        noise_level: Smallest and largest level, multiples of the mean edge length; every patch draws its own.
+        num_patches: Patches per mesh.
+        patch_size: Faces per patch.
+        k: Nearest faces kept for each face.
+        batch_size: Patches per batch.
+        val_share: Share of the meshes held back; their noise is the same in every epoch.
+        cache: Folder for the prepared patches; ``root`` if not given.
+        num_workers: Processes that load training patches.
+        rotate: Turn every training patch by a random rotation.
+        jitter: Jitter of the training normals.
+        seed: Seed of the choice of patches and of the validation noise.
+    """
+
+    def __init__(
+        self,
+        root: str,
+        names: list[str] | None = None,
+        noise: Noise | None = None,
+        noise_level: tuple[float, float] = (0.05, 0.4),
+        num_patches: int = 300,
+        patch_size: int = 800,
+        k: int = 50,
+        batch_size: int = 10,
+        val_share: float = 0.1,
+        cache: str | None = None,
+        num_workers: int = 0,
+        rotate: bool = True,
+        jitter: float = 0.0,
+        seed: int = 0,
+    ) -> None:
+        super().__init__(batch_size, num_workers, rotate, jitter)
+        self.save_hyperparameters(ignore=["noise"])
+        self.noise = GaussianNormalNoise() if noise is None else noise
+
+    def dataset(self, split: str) -> Dataset:
+        """Patches of ``train``, or of the held-back meshes."""
+        options = self.hparams
+        files = self._files()
+        held_back = spread(sorted(files), options.val_share)
+        chosen = [path for name, path in files.items() if (name in held_back) == (split != "train")]
+        return PatchDataset(
+            [(None, path) for path in chosen],
+            options.cache or options.root,
+            num_patches=options.num_patches,
+            patch_size=options.patch_size,
+            k=options.k,
+            noise=self.noise,
+            noise_level=tuple(options.noise_level),
+            noise_seed=None if split == "train" else options.seed,
+            seed=options.seed,
+            transform=self.augmentation if split == "train" else None,
+        )
+
+    def _files(self) -> dict[str, Path]:
+        """Mesh files by name."""
+        root = Path(self.hparams.root)
+        if not root.is_dir():
+            raise DataError(f"Expected a folder of clean meshes (got {root}, which does not exist)")
+        files = {path.stem: path for path in sorted(root.iterdir()) if path.suffix.lower() in SUFFIXES}
+        names = list(files) if self.hparams.names is None else self.hparams.names
+        absent = [name for name in names if name not in files]
+        if absent or not names:
+            raise DataError(
+                f"Expected meshes ({', '.join(SUFFIXES)}) in {root} (got none named {absent or 'anything'})"
+            )
+        return {name: files[name] for name in names}
