@@ -31,8 +31,9 @@ def subsample_neighbors(edge_index: Tensor, k: int, keep: int, generator: torch.
     if not 1 <= keep <= k:
         raise ValueError(f"Expected 'keep' from 1 to {k} (got {keep})")
     center = edge_index[1]
-    first = torch.searchsorted(center.contiguous(), center.contiguous())
-    rank = torch.arange(center.numel(), device=center.device) - first
+    count = torch.bincount(center)
+    first = count.cumsum(0) - count
+    rank = torch.arange(center.numel(), device=center.device) - first[center]
     chosen = torch.zeros(max(int(rank.max()) + 1 if rank.numel() else 1, k), dtype=torch.bool)
     chosen[0] = True
     chosen[1 + torch.randperm(k - 1, generator=generator)[: keep - 1]] = True
