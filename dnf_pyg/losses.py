@@ -24,7 +24,7 @@ class SquaredNormalDistance(torch.nn.Module):
 
 
 class NormalDistance(torch.nn.Module):
-    r"""Euclidean distance :math:`\|\mathbf{n} - \mathbf{n}^G\|` of each pair of unit normals: close to the angle in radians.
+    r"""Euclidean distance :math:`\|\mathbf{n} - \mathbf{n}^G\|` of each pair of unit normals.
 
     Differs: the paper trains on the square; the distance follows the reported angle more closely late in training.
 

@@ -66,7 +66,8 @@ class MeanAngularDifference(Metric):
         """Add the faces of one mesh or batch."""
         if normal.shape != clean_normal.shape:
             raise ValueError(
-                f"Expected 'normal' and 'clean_normal' of one shape (got {list(normal.shape)}, {list(clean_normal.shape)})"
+                f"Expected 'normal' and 'clean_normal' of one shape "
+                f"(got {list(normal.shape)}, {list(clean_normal.shape)})"
             )
         known = clean_normal.square().sum(dim=-1) > 0
         self.angle_sum += angular_difference(normal[known], clean_normal[known]).double().sum()
