@@ -55,4 +55,4 @@ def write_entry(folder: Path, arrays: Mapping[str, NDArray]) -> None:
 
 def load_entry(folder: str | os.PathLike[str]) -> dict[str, NDArray]:
     """Map the arrays of an entry into memory, read-only: processes share one copy."""
-    return {file.stem: np.load(file, mmap_mode="r") for file in Path(folder).glob("*.npy")}
+    return {file.stem: np.load(file, mmap_mode="r").view(np.ndarray) for file in Path(folder).glob("*.npy")}

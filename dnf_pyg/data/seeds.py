@@ -1,22 +1,37 @@
 """Seed faces of patches: sampled for training, chosen to cover the mesh for inference."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Iterator
-from typing import Protocol
 
 import torch
 from torch import Generator, Tensor
 
+from dnf_pyg.data.coverage import plan_seeds
 from dnf_pyg.data.patch import Patch, PatchExtractor
 from dnf_pyg.mesh import one_ring
 
 __all__ = ["AnisotropicSeeds", "SeedSampler", "UniformSeeds", "cover"]
 
 
-class SeedSampler(Protocol):
+class SeedSampler(ABC):
     """How the seeds of training patches are drawn; chosen by class."""
+
+    @abstractmethod
+    def weight(self, normal: Tensor, face: Tensor) -> Tensor:
+        """Give the chance of each face to be a seed, up to a factor.
+
+        Args:
+            normal: Facet normals, shape (F, 3), unit length.
+            face: Vertices of each face, shape (3, F).
+
+        Returns:
+            Positive weights, shape (F,) float64.
+        """
 
     def __call__(self, normal: Tensor, face: Tensor, num_seeds: int, generator: Generator | None = None) -> Tensor:
         """Draw seed faces without replacement; the faces repeat only after all were drawn.
+
+        Source: Efraimidis and Spirakis 2006.
 
         Args:
             normal: Facet normals, shape (F, 3), unit length.
@@ -27,10 +42,15 @@ class SeedSampler(Protocol):
         Returns:
             Face ids, shape (P,) long.
         """
-        ...
+        weight = self.weight(normal, face)
+        drawn = [torch.empty(0, dtype=torch.long)]
+        for first in range(0, num_seeds, len(weight)):
+            chance = torch.rand(weight.shape, generator=generator, dtype=torch.double).clamp(min=1e-300)
+            drawn.append((-chance.log() / weight).topk(min(num_seeds - first, len(weight)), largest=False).indices)
+        return torch.cat(drawn)
 
 
-class AnisotropicSeeds:
+class AnisotropicSeeds(SeedSampler):
     """Draw seeds with a chance that grows with the normal variation in the one-ring of the face.
 
     The variation is the mean of 1 - cos of the angle to the faces around. Source: Li et al. 2020, Sec. 3.2.
@@ -53,20 +73,20 @@ class AnisotropicSeeds:
             raise ValueError(f"Expected 'floor' above 0 (got {floor})")
         self.floor = floor
 
-    def __call__(self, normal: Tensor, face: Tensor, num_seeds: int, generator: Generator | None = None) -> Tensor:
-        """Draw seed faces, see :class:`SeedSampler`."""
+    def weight(self, normal: Tensor, face: Tensor) -> Tensor:
+        """Give the variation plus the floor, see :meth:`SeedSampler.weight`."""
         neighbor, centre = one_ring(face, int(face.max()) + 1)
         variation = normal.new_zeros(face.size(1), dtype=torch.double)
         variation.index_add_(0, centre, 1.0 - (normal[neighbor].double() * normal[centre].double()).sum(dim=-1))
         variation = variation.clamp(min=0) / torch.bincount(centre, minlength=face.size(1)).clamp(min=1)
         mean = variation.mean()
-        return _draw(variation + self.floor * mean if mean > 0 else torch.ones_like(variation), num_seeds, generator)
+        return variation + self.floor * mean if mean > 0 else torch.ones_like(variation)
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}(floor={self.floor})"
 
 
-class UniformSeeds:
+class UniformSeeds(SeedSampler):
     """Draw seeds with the same chance for every face.
 
     Example:
@@ -75,29 +95,19 @@ class UniformSeeds:
         tensor([0, 1])
     """
 
-    def __call__(self, normal: Tensor, face: Tensor, num_seeds: int, generator: Generator | None = None) -> Tensor:
-        """Draw seed faces, see :class:`SeedSampler`."""
-        return _draw(torch.ones(face.size(1), dtype=torch.double), num_seeds, generator)
+    def weight(self, normal: Tensor, face: Tensor) -> Tensor:
+        """Give ones, see :meth:`SeedSampler.weight`."""
+        return torch.ones(face.size(1), dtype=torch.double)
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}()"
 
 
-def _draw(weight: Tensor, num_seeds: int, generator: Generator | None) -> Tensor:
-    """Draw rows without replacement, with chances in proportion to their weights (Efraimidis and Spirakis 2006)."""
-    drawn: list[Tensor] = []
-    while num_seeds > 0:
-        chance = torch.rand(weight.shape, generator=generator, dtype=torch.double).clamp(min=1e-300)
-        rounds = (-chance.log() / weight).topk(min(num_seeds, len(weight)), largest=False).indices
-        drawn.append(rounds)
-        num_seeds -= len(rounds)
-    return torch.cat(drawn) if drawn else torch.empty(0, dtype=torch.long)
-
-
 def cover(extractor: PatchExtractor, min_coverage: int = 2, generator: Generator | None = None) -> Iterator[Patch]:
-    """Cut patches until every face lies in at least ``min_coverage`` of them, one after the other.
+    """Cut patches, one after the other, until every face lies in at least ``min_coverage`` of them.
 
-    Every seed is a least covered face.
+    All seeds but a few are planned ahead, see :mod:`dnf_pyg.data.coverage`; where the patches turn out otherwise
+    than planned (:class:`~dnf_pyg.mesh.HeatGrowth`), the first least covered face is the next seed.
 
     Args:
         extractor: Patches of the mesh.
@@ -115,11 +125,12 @@ def cover(extractor: PatchExtractor, min_coverage: int = 2, generator: Generator
     """
     if min_coverage < 1:
         raise ValueError(f"Expected 'min_coverage' of at least 1 (got {min_coverage})")
-    count = torch.zeros(extractor.num_faces, dtype=torch.long)
-    order = torch.randperm(extractor.num_faces, generator=generator)
-    for level in range(min_coverage):
-        for seed in order.tolist():
-            if count[seed] <= level:
-                patch = extractor.extract(seed)
-                count[patch.face_id] += 1
-                yield patch
+    count = torch.zeros(extractor.num_faces, dtype=torch.int32)
+    for seed in plan_seeds(extractor.graph, extractor.patch_size, min_coverage, generator).tolist():
+        patch = extractor.extract(seed)
+        count[patch.face_id] += 1
+        yield patch
+    while int(count.min()) < min_coverage:
+        patch = extractor.extract(int(count.argmin()))
+        count[patch.face_id] += 1
+        yield patch

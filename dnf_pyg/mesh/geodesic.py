@@ -16,7 +16,7 @@ from dnf_pyg.mesh.dijkstra import nearest_of_all, nearest_of_one
 from dnf_pyg.mesh.geometry import face_centroids, mean_edge_length
 from dnf_pyg.mesh.validate import validate_mesh
 
-__all__ = ["BoundGrowth", "DijkstraGrowth", "FacetGraph", "Growth", "HeatGrowth", "nearest_faces"]
+__all__ = ["BoundDijkstra", "BoundGrowth", "DijkstraGrowth", "FacetGraph", "Growth", "HeatGrowth", "nearest_faces"]
 
 _STEPS = 2**16  # steps of length per mean edge length
 _LONGEST = 2**30  # steps; a longer arc (16,384 mean edge lengths) counts as this long
@@ -161,13 +161,15 @@ class DijkstraGrowth:
 
     def bind(self, pos: Tensor, face: Tensor, graph: FacetGraph) -> BoundGrowth:
         """Prepare for one mesh, see :meth:`Growth.bind`."""
-        return _BoundDijkstra(graph)
+        return BoundDijkstra(graph)
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}()"
 
 
-class _BoundDijkstra:
+class BoundDijkstra:
+    """Growth by Dijkstra's search on one facet graph; see :class:`DijkstraGrowth`. One thread at a time."""
+
     def __init__(self, graph: FacetGraph) -> None:
         self.graph = graph
         self._best = np.empty(graph.num_faces, np.int64)
@@ -175,6 +177,7 @@ class _BoundDijkstra:
         self._serial = 0
 
     def grow(self, seed: int, size: int) -> tuple[Tensor, Tensor]:
+        """Find the faces nearest to a seed, see :meth:`BoundGrowth.grow`."""
         ptr, neighbor, length, step = self.graph
         shift = self.graph.shift
         size = min(size, self.graph.num_faces)

@@ -104,9 +104,11 @@ def edges(face: Tensor) -> Tensor:
     """
     if face.numel() == 0:
         return face.new_empty(2, 0)
-    pair = torch.cat([face[[0, 1]], face[[1, 2]], face[[2, 0]]], dim=1).sort(dim=0).values
+    start, end = face.flatten(), face.roll(-1, dims=0).flatten()
+    low, high = torch.minimum(start, end), torch.maximum(start, end)
     base = int(face.max()) + 1
-    code = (pair[0] * base + pair[1])[pair[0] != pair[1]].unique()
+    code = (low * base + high)[low != high].sort().values
+    code = code[code.diff(prepend=code.new_full((1,), -1)) > 0]
     return torch.stack([code // base, code % base])
 
 

@@ -35,9 +35,7 @@ def validate_mesh(pos: Tensor, face: Tensor) -> None:
     if face.dim() != 2 or face.size(0) != 3 or face.dtype != torch.long:
         raise ValueError(f"Expected 'face' of shape [3, num_faces] and int64 (got {_form(face)})")
     if face.size(1) == 0:
-        raise MeshError(
-            f"Expected a mesh with faces (got {pos.size(0)} vertices and 0 faces). A point cloud cannot be used."
-        )
+        raise MeshError(f"Expected a mesh with faces (got {pos.size(0)} vertices, 0 faces). Mesh a point cloud first.")
     wrong = ((face < 0) | (face >= pos.size(0))).any(dim=0)
     if wrong.any():
         row = int(wrong.nonzero()[0])

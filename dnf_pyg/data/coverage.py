@@ -1,0 +1,189 @@
+"""Plan which seeds cover a mesh: a set cover over many candidate patches, improved by local search."""
+
+from typing import NamedTuple
+
+import numpy as np
+import torch
+from numba import njit
+from numpy.typing import NDArray
+from torch import Generator, Tensor
+
+from dnf_pyg.mesh import FacetGraph
+from dnf_pyg.mesh.geodesic import BoundDijkstra
+
+__all__ = ["plan_seeds"]
+
+_CANDIDATES = 20  # candidate patches that hold a face, on average
+_STEPS = 40  # exchanges of the search per patch that a cover without any overlap would take
+
+Ints = NDArray[np.int64]
+Shorts = NDArray[np.int32]
+Flags = NDArray[np.bool_]
+
+
+def plan_seeds(graph: FacetGraph, patch_size: int, min_coverage: int, generator: Generator | None) -> Tensor:
+    """Choose few seeds whose patches hold every face at least ``min_coverage`` times.
+
+    Candidates are the patches of many random faces. Of these a cover is picked greedily and then improved: whenever
+    it is complete a patch is taken out, then patches are exchanged until it is complete again, while the faces that
+    stay uncovered gain weight.
+
+    Source: row weighting local search; Gao, Weise and Li, "An efficient local search heuristic with row weighting
+    for the unicost set covering problem", European Journal of Operational Research 246 (2015).
+
+    Args:
+        graph: Facet graph of the mesh; patches grow by Dijkstra's search.
+        patch_size: Faces per patch N.
+        min_coverage: Patches that every face must lie in.
+        generator: Source of randomness.
+
+    Returns:
+        Seeds, shape (P,) long; a component no larger than a patch gets ``min_coverage`` of them.
+    """
+    growth = BoundDijkstra(graph)
+    num_faces = graph.num_faces
+    order = torch.randperm(num_faces, generator=generator).numpy()
+    held = np.zeros(num_faces, np.int32)
+    missing = np.full(num_faces, min_coverage, np.int32)
+    seeds: list[int] = []
+    pool: list[Shorts] = []
+    chosen: list[int] = []
+    ideal = -(-min_coverage * num_faces // patch_size)  # patches of a cover without any overlap
+    for turn in range(1 + min_coverage):  # random seeds, then those that too few of their patches reach
+        waiting = order[: _CANDIDATES * num_faces // patch_size + 1] if turn == 0 else order[held[order] < turn]
+        for seed in waiting.tolist():
+            if (turn and held[seed] >= turn) or not missing[seed]:
+                continue
+            patch = growth.grow(seed, patch_size + 1)[0].numpy().astype(np.int32)
+            if len(patch) > patch_size:  # the component is larger than a patch
+                seeds.append(seed)
+                pool.append(patch[:patch_size])
+                held[pool[-1]] += 1
+            else:
+                chosen += np.resize(patch, min_coverage).tolist()
+                held[patch] = min_coverage
+                missing[patch] = 0
+    if pool:
+        steps = _STEPS * ideal
+        picked = _search_cover(np.concatenate(pool), patch_size, missing, steps)
+        chosen += np.array(seeds)[picked].tolist()
+    return torch.tensor(chosen)
+
+
+class _Cover(NamedTuple):
+    """State of a search; candidate c has the faces ``member[c * size:(c + 1) * size]``."""
+
+    member: Shorts
+    size: int
+    ptr: Ints  # candidates of face f: owner[ptr[f]:ptr[f + 1]]
+    owner: Shorts
+    missing: Shorts  # patches that a face still lacks; below 0: more than it needs
+    weight: Ints  # grows while a face is incomplete
+    score: Ints  # weight that a candidate would complete (not picked) or leave incomplete (picked)
+    picked: Flags
+    changed: Ints  # step at which a candidate was last exchanged; the oldest wins a tie
+    todo: Ints  # its first left[0] faces are the incomplete ones
+    place: Ints  # of a face in todo
+    left: Ints
+
+
+@njit(cache=True, nogil=True)
+def _search_cover(member: Shorts, size: int, missing: Shorts, steps: int) -> Flags:
+    """Pick candidates so that no face is left incomplete; ``missing`` counts down."""
+    num_faces, count = len(missing), len(member) // size
+    ptr = np.zeros(num_faces + 1, np.int64)
+    for f in member:
+        ptr[f + 1] += 1
+    ptr = np.cumsum(ptr)
+    owner = np.empty(len(member), np.int32)
+    end = ptr[:-1].copy()
+    for entry in range(len(member)):
+        owner[end[member[entry]]] = entry // size
+        end[member[entry]] += 1
+    todo = np.flatnonzero(missing > 0)
+    place = np.full(num_faces, -1, np.int64)
+    place[todo] = np.arange(len(todo))
+    weight, score = np.ones(num_faces, np.int64), np.full(count, size, np.int64)
+    picked, changed = np.zeros(count, np.bool_), np.zeros(count, np.int64)
+    left = np.array([len(todo)])
+    cover = _Cover(member, size, ptr, owner, missing, weight, score, picked, changed, todo, place, left)
+    while left[0] > 0:
+        found = 0
+        for c in range(count):
+            if not picked[c] and (picked[found] or score[c] > score[found]):
+                found = c
+        _exchange(cover, found, 0)
+    best = picked.copy()
+    random = np.uint64(1)
+    for step in range(1, steps + 1):
+        while left[0] == 0:
+            best[:] = picked
+            _exchange(cover, _cheapest(cover, -1), step)
+        latest = _cheapest(cover, step - 1)
+        if latest < 0:
+            break
+        _exchange(cover, latest, step)
+        random = random * np.uint64(6364136223846793005) + np.uint64(1442695040888963407)
+        f = todo[np.int64(random >> np.uint64(33)) % left[0]]
+        found = -1
+        for entry in range(ptr[f], ptr[f + 1]):
+            c = owner[entry]
+            if not picked[c] and c != latest and (found < 0 or _better(score[c], score[found], changed, c, found)):
+                found = c
+        _exchange(cover, latest if found < 0 else found, step)
+        for f in todo[: left[0]]:
+            weight[f] += 1
+            for c in owner[ptr[f] : ptr[f + 1]]:
+                score[c] += 1
+    return best
+
+
+@njit(cache=True, nogil=True)
+def _better(score: int, other: int, changed: Ints, c: int, d: int) -> bool:
+    return score > other or (score == other and changed[c] < changed[d])
+
+
+@njit(cache=True, nogil=True)
+def _cheapest(cover: _Cover, tabu: int) -> int:
+    """Find the picked candidate that costs least to take out, other than those put in at step ``tabu``."""
+    found = -1
+    for c in range(len(cover.picked)):
+        free = cover.picked[c] and (cover.changed[c] != tabu or tabu < 1)
+        if free and (found < 0 or _better(-cover.score[c], -cover.score[found], cover.changed, c, found)):
+            found = c
+    return found
+
+
+@njit(cache=True, nogil=True)
+def _exchange(cover: _Cover, c: int, step: int) -> None:
+    """Put a candidate in, or take it out, and bring counts and scores up to date."""
+    member, size, ptr, owner, missing, weight, score, picked, changed, todo, place, left = cover
+    put = not picked[c]
+    picked[c] = put
+    changed[c] = step
+    total = 0
+    for f in member[c * size : (c + 1) * size]:
+        before = missing[f]
+        missing[f] = before - 1 if put else before + 1
+        low, high = min(before, missing[f]), max(before, missing[f])
+        sign = -1 if put else 1
+        if low == 0:  # the face changes between complete and incomplete: the others could complete it
+            if put:
+                left[0] -= 1
+                last = todo[left[0]]
+                todo[place[f]] = last
+                place[last] = place[f]
+            else:
+                todo[left[0]] = f
+                place[f] = left[0]
+                left[0] += 1
+            for entry in range(ptr[f], ptr[f + 1]):
+                if not picked[owner[entry]]:
+                    score[owner[entry]] += sign * weight[f]
+        elif high == 0:  # between just complete and more: those that hold it are needed
+            for entry in range(ptr[f], ptr[f + 1]):
+                if picked[owner[entry]]:
+                    score[owner[entry]] += sign * weight[f]
+        if low >= 0 if put else high > 0:
+            total += weight[f]
+    score[c] = total

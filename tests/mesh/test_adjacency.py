@@ -1,0 +1,77 @@
+import pytest
+import torch
+
+from dnf_pyg.mesh import boundary_vertices, edge_adjacent, one_ring, vertex_faces
+
+FAULTY = {
+    "fin": torch.tensor([[0, 0, 0], [1, 1, 1], [2, 3, 4]]),  # three faces at edge 0-1
+    "bow tie": torch.tensor([[0, 0], [1, 3], [2, 4]]),  # one common vertex
+    "duplicates": torch.tensor([[0, 1, 2], [1, 2, 1], [2, 0, 0]]),  # one face, turned and flipped
+    "lone": torch.tensor([[0, 3, 1], [1, 4, 2], [2, 5, 6]]),
+    "repeated vertex": torch.tensor([[0, 0, 3], [0, 1, 3], [1, 2, 3]]),
+}
+
+
+def reference(face, common):
+    """Ordered pairs (neighbour, centre) of faces with at least ``common`` vertices in common."""
+    corner = [set(column.tolist()) for column in face.t()]
+    count = range(len(corner))
+    pairs = [(g, f) for f in count for g in count if f != g and len(corner[f] & corner[g]) >= common]
+    return torch.tensor(pairs, dtype=torch.long).reshape(-1, 2).t()
+
+
+@pytest.mark.parametrize("face", FAULTY.values(), ids=FAULTY)
+def test_pairs_on_faulty_meshes(face):
+    assert torch.equal(one_ring(face, num_vertices=7), reference(face, common=1))
+    assert torch.equal(edge_adjacent(face), reference(face, common=2))
+
+
+def test_pairs_match_loop(sphere_mesh):
+    pos, face = sphere_mesh
+    assert torch.equal(one_ring(face, len(pos)), reference(face, common=1))
+    assert torch.equal(edge_adjacent(face), reference(face, common=2))
+
+
+def test_vertex_faces_match_loop(sphere_mesh):
+    pos, face = sphere_mesh
+    ptr, face_id = vertex_faces(face, len(pos) + 1)  # one vertex unreferenced
+    assert ptr[-1] == ptr[-2] == 3 * face.size(1)
+    for v in range(len(pos)):
+        assert face_id[ptr[v] : ptr[v + 1]].tolist() == (face == v).any(dim=0).nonzero().flatten().tolist()
+
+
+def test_face_that_names_a_vertex_twice_is_listed_once():
+    ptr, face_id = vertex_faces(torch.tensor([[0, 2], [0, 2], [1, 2]]), num_vertices=3)
+    assert (ptr.tolist(), face_id.tolist()) == ([0, 1, 2, 3], [0, 0, 1])
+
+
+def test_hub_vertex_stays_small_and_connected():
+    count = 2000
+    rim = torch.arange(count) + 1
+    face = torch.stack([torch.zeros_like(rim), rim, rim % count + 1])
+    pairs = one_ring(face, count + 1)
+    degree = torch.bincount(pairs[1], minlength=count)
+    assert degree.max() <= 514
+    assert set(map(tuple, pairs.t().tolist())) == set(map(tuple, pairs.flip(0).t().tolist()))
+    assert degree[1000] == 512
+    assert edge_adjacent(face).size(1) == 2 * count
+
+
+def test_edge_of_very_many_faces_stays_small():
+    count = 1500
+    face = torch.stack([torch.zeros(count), torch.ones(count), torch.arange(count) + 2]).long()
+    assert torch.bincount(edge_adjacent(face)[1]).max() <= 1022
+
+
+def test_boundary():
+    face = torch.tensor([[0, 0], [1, 2], [2, 3]])  # quad 0123 split along 0-2
+    assert boundary_vertices(face, num_vertices=5).tolist() == [True, True, True, True, False]
+    closed = torch.tensor([[0, 0, 0, 1], [1, 2, 3, 3], [2, 3, 1, 2]])
+    assert not boundary_vertices(closed, num_vertices=4).any()
+
+
+def test_no_faces():
+    face = torch.empty(3, 0, dtype=torch.long)
+    assert one_ring(face, 2).shape == edge_adjacent(face).shape == (2, 0)
+    assert vertex_faces(face, 2)[0].tolist() == [0, 0, 0]
+    assert not boundary_vertices(face, 2).any()
