@@ -76,7 +76,8 @@ def test_noise_is_drawn_afresh_at_its_level(pair, tmp_path, dataset):
     torch.manual_seed(0)
     options = {**SMALL, "noise": GaussianNormalNoise()}
     low = dataset([(None, pair[1])], tmp_path, noise_level=(0.0, 0.0), **options)
-    assert angle(low[0].normal, low[0].clean_normal) < 0.1
+    item = low[0]
+    assert angle(item.normal, item.clean_normal) < 0.1
     high = dataset([(None, pair[1])], tmp_path, noise_level=(0.3, 0.3), **options)
     assert 20 < np.mean([angle(data.normal, data.clean_normal) for data in high]) < 35  # 29 degrees on whole meshes
     assert not torch.equal(high[0].normal, high[0].normal)
@@ -147,7 +148,7 @@ def test_workers_and_pickle_do_not_carry_the_arrays(pair, tmp_path, dataset):
     data = dataset([(None, pair[1])], tmp_path, noise=GaussianNormalNoise(), **SMALL)
     data[0]
     assert len(pickle.dumps(data)) < 10_000
-    loader = DataLoader(data, batch_size=2, num_workers=2, multiprocessing_context="spawn")
+    loader = DataLoader(data, batch_size=2, num_workers=2)
     drawn = [batch.normal for batch in loader]
     assert len(drawn) == 3
     assert not torch.equal(drawn[0], drawn[1])
