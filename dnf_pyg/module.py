@@ -51,7 +51,7 @@ class NormalFilteringModule(LightningModule):
         self.scheduler = scheduler
         self.scheduler_interval = scheduler_interval
         self.train_k = train_k
-        self.theta = torch.nn.ModuleDict({stage: MeanAngularDifference() for stage in ("train_", "val_", "test_")})
+        self.train_theta, self.val_theta, self.test_theta = (MeanAngularDifference() for _ in range(3))
 
     def forward(self, batch: Batch) -> Tensor:
         """Filtered normals (F, 3) of a batch of patches."""
@@ -59,15 +59,15 @@ class NormalFilteringModule(LightningModule):
 
     def training_step(self, batch: Batch, batch_idx: int) -> Tensor:
         """Joint loss of one batch."""
-        return self._step(batch, "train")
+        return self._step(batch, "train", self.train_theta)
 
     def validation_step(self, batch: Batch, batch_idx: int) -> None:
         """Log ``val/theta`` and ``val/loss``."""
-        self._step(batch, "val")
+        self._step(batch, "val", self.val_theta)
 
     def test_step(self, batch: Batch, batch_idx: int) -> None:
         """Log ``test/theta`` and ``test/loss``."""
-        self._step(batch, "test")
+        self._step(batch, "test", self.test_theta)
 
     def predict_step(self, batch: Batch, batch_idx: int) -> Tensor:
         """Filtered normals (F, 3) of a batch of patches."""
@@ -97,10 +97,9 @@ class NormalFilteringModule(LightningModule):
             listed = ", ".join(f"{key}: {theirs} in the file, {ours} here" for key, (theirs, ours) in differing.items())
             raise WeightsError(f"Expected a checkpoint of the configured network (got {listed}): change `model.net`")
 
-    def _step(self, batch: Batch, stage: str) -> Tensor:
+    def _step(self, batch: Batch, stage: str, theta: MeanAngularDifference) -> Tensor:
         stages = self.net.stages(batch.normal, self._edges(batch.edge_index), batch.batch)
         terms = self.loss(stages, batch.clean_normal, batch.batch)
-        theta = self.theta[f"{stage}_"]
         theta.update(stages[-1][0].detach(), batch.clean_normal)
         values = {
             f"{stage}/loss": terms.total,
