@@ -4,8 +4,7 @@ from pathlib import Path
 
 from torch.utils.data import Dataset
 
-from datamodules.patches import PatchDataModule, spread
-from dnf_pyg.data import PatchDataset
+from datamodules.patches import PatchDataModule
 from dnf_pyg.errors import DataError
 from dnf_pyg.mesh.io import SUFFIXES
 from dnf_pyg.mesh.noise import GaussianNormalNoise, Noise
@@ -56,22 +55,7 @@ class CleanMeshesDataModule(PatchDataModule):
 
     def dataset(self, split: str) -> Dataset:
         """Patches of ``train``, or of the held-back meshes."""
-        options = self.hparams
-        files = self._files()
-        held_back = spread(sorted(files), options.val_share)
-        chosen = [path for name, path in files.items() if (name in held_back) == (split != "train")]
-        return PatchDataset(
-            [(None, path) for path in chosen],
-            options.cache or options.root,
-            num_patches=options.num_patches,
-            patch_size=options.patch_size,
-            k=options.k,
-            noise=self.noise,
-            noise_level=tuple(options.noise_level),
-            noise_seed=None if split == "train" else options.seed,
-            seed=options.seed,
-            transform=self.augmentation if split == "train" else None,
-        )
+        return self.patches_with_noise(self._files(), self.noise, split)
 
     def _files(self) -> dict[str, Path]:
         """Mesh files by name."""

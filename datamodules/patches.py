@@ -1,6 +1,7 @@
 """What the data modules share: loaders over patch data sets, one per split."""
 
 from collections.abc import Callable
+from pathlib import Path
 
 from lightning.pytorch import LightningDataModule
 from torch.utils.data import Dataset
@@ -8,7 +9,8 @@ from torch_geometric.data import Data
 from torch_geometric.loader import DataLoader
 from torch_geometric.transforms import Compose
 
-from dnf_pyg.data import JitterNormal, RandomRotation
+from dnf_pyg.data import JitterNormal, PatchDataset, RandomRotation
+from dnf_pyg.mesh.noise import Noise
 
 __all__ = ["PatchDataModule", "spread"]
 
@@ -46,6 +48,27 @@ class PatchDataModule(LightningDataModule):
     def dataset(self, split: str) -> Dataset:
         """Patches of ``train``, ``val`` or ``test``."""
         raise NotImplementedError
+
+    def patches_with_noise(self, files: dict[str, Path], noise: Noise, split: str) -> PatchDataset:
+        """Patches of clean meshes by name, with noise; ``val`` and ``test`` are the held-back share of them.
+
+        Reads ``cache``, ``root``, ``val_share``, ``noise_level``, ``num_patches``, ``patch_size``, ``k`` and ``seed``
+        from the hyperparameters. The noise of held-back meshes is the same in every epoch.
+        """
+        options = self.hparams
+        held_back = spread(sorted(files), options.val_share)
+        return PatchDataset(
+            [(None, path) for name, path in files.items() if (name in held_back) == (split != "train")],
+            options.get("cache") or options.root,
+            num_patches=options.num_patches,
+            patch_size=options.patch_size,
+            k=options.k,
+            noise=noise,
+            noise_level=tuple(options.noise_level),
+            noise_seed=None if split == "train" else options.seed,
+            seed=options.seed,
+            transform=self.augmentation if split == "train" else None,
+        )
 
     def prepare_data(self) -> None:
         """Cut and cache the patches in one process; it sets no state."""
