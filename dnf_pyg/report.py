@@ -1,20 +1,30 @@
-"""Pictures of denoised meshes."""
+"""Pictures of denoised meshes, and the page that shows them in 3D."""
 
-from collections.abc import Mapping
+import base64
+import json
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from html import escape
+from importlib.resources import files
 from pathlib import Path
+from types import MappingProxyType
 
 import matplotlib as mpl
+import numpy as np
 import torch
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 from torch import Tensor
 
-from dnf_pyg.mesh.geometry import face_normals
+from dnf_pyg.mesh.atomic import write_bytes
+from dnf_pyg.mesh.geometry import face_normals, mean_edge_length
 from dnf_pyg.raster import Camera, render
 
-__all__ = ["draw_meshes", "normal_error"]
+__all__ = ["draw_meshes", "normal_error", "write_report"]
 
 _COLORS = mpl.colormaps["YlOrRd"]
 
@@ -82,3 +92,151 @@ def draw_meshes(
         bar = figure.add_axes((left, 0.05, 0.2 / figure.get_figwidth(), 0.36))
         figure.colorbar(scale, cax=bar, extend="max", label="error of the facet normal (degrees)")
     figure.savefig(path)
+
+
+@dataclass(frozen=True)
+class _Mode:
+    """A way to colour the 3D view: values of both sides, (V,) or (F,), and their scale."""
+
+    label: str
+    unit: str
+    most: float
+    colors: str
+    before: Tensor
+    after: Tensor
+
+    def described(self, num_faces: int) -> dict[str, object]:
+        ramp = (mpl.colormaps[self.colors](np.linspace(0, 1, 256)) * 255).round().astype(np.uint8)
+        return {
+            "per_face": len(self.after) == num_faces,
+            "most": self.most,
+            "most_text": f"{self.most:.3g}",
+            "unit": self.unit,
+            "colours": _base64(ramp),
+        }
+
+
+def write_report(
+    path: str | Path,
+    before: Tensor,
+    after: Tensor,
+    face: Tensor,
+    *,
+    title: str,
+    subtitle: str = "",
+    reference: Tensor | None = None,
+    figures: Mapping[str, Sequence[str]] = MappingProxyType({}),
+    settings: Mapping[str, object] = MappingProxyType({}),
+) -> None:
+    """Write one HTML page with both meshes in 3D, histograms, figures and settings; it needs no network.
+
+    Args:
+        path: Page to write.
+        before: Vertex positions of the noisy mesh, (V, 3).
+        after: Vertex positions of the denoised mesh, (V, 3).
+        face: Vertices of each face, (3, F).
+        title: Heading of the page.
+        subtitle: Line below it.
+        reference: Vertex positions of the clean mesh, (V, 3), for colours by error.
+        figures: Rows of the table: a name, then one value, or two for before and after.
+        settings: What the mesh was denoised with.
+
+    Raises:
+        MeshFileError: If the page cannot be written.
+        ValueError: If the meshes have different numbers of vertices.
+    """
+    if any(len(pos) != len(before) for pos in (after, reference) if pos is not None):
+        raise ValueError(f"Expected meshes of {len(before)} vertices (got {len(after)} after denoising)")
+    modes = _modes(before, after, face, reference)
+    page = files("dnf_pyg").joinpath("report.html").read_text(encoding="utf-8")
+    content = {
+        "title": escape(title),
+        "subtitle": escape(subtitle),
+        "modes": _mode_buttons(modes),
+        "figures": _figure_table(figures),
+        "settings": _figure_table({name: (str(value),) for name, value in settings.items()}),
+        "histograms": "".join(_histogram(mode) for mode in modes.values()),
+        "footer": "Made by dnf-pyg. Everything that this page shows is inside it.",
+        "data": json.dumps(_view_data(before, after, face, modes)).replace("<", "\\u003c"),
+    }
+    write_bytes(Path(path), re.sub(r"\{\{(\w+)\}\}", lambda found: content[found[1]], page).encode())
+
+
+def _modes(before: Tensor, after: Tensor, face: Tensor, reference: Tensor | None) -> dict[str, _Mode]:
+    moved = (after - before).double().norm(dim=-1) / mean_edge_length(before, face).clamp(min=1e-300)
+    modes = {"moved": _Mode("Displacement", "mean edge lengths", _rounded_up(moved), "viridis", moved, moved)}
+    if reference is not None:
+        errors = [normal_error(pos, reference, face) for pos in (before, after)]
+        modes["error"] = _Mode("Error", "degrees from the reference's facet normal", 30.0, "YlOrRd", *errors)
+    return modes
+
+
+def _rounded_up(values: Tensor) -> float:
+    """End of a scale that 99% of the values lie below, with two digits."""
+    end = float(torch.quantile(values.double()[:: max(len(values) // 1_000_000, 1)], 0.99)) if len(values) else 0.0
+    return float(f"{end * 1.05:.1e}") or 1.0
+
+
+def _view_data(before: Tensor, after: Tensor, face: Tensor, modes: Mapping[str, _Mode]) -> dict[str, object]:
+    camera = Camera.looking_at(torch.cat([before, after]))
+    sides = []
+    for name, pos in (("before", before), ("after", after)):
+        centered = (pos.double() - camera.center) / camera.radius
+        values = {key: _base64(getattr(mode, name).float().numpy()) for key, mode in modes.items()}
+        sides.append({"pos": _base64(centered.float().numpy()), "values": values})
+    return {
+        "face": _base64(face.t().numpy().astype("<u4")),
+        "sides": sides,
+        "turn": camera.rotation.t().reshape(-1).tolist(),  # column by column, as WebGL has it
+        "modes": {key: mode.described(face.size(1)) for key, mode in modes.items()},
+    }
+
+
+def _base64(values: NDArray[np.generic]) -> str:
+    return base64.b64encode(np.ascontiguousarray(values).tobytes()).decode()
+
+
+def _mode_buttons(modes: Mapping[str, _Mode]) -> str:
+    labels = {"shaded": "Shaded", **{key: mode.label for key, mode in modes.items()}}
+    return "".join(f'<button data-mode="{key}" aria-pressed="false">{label}</button>' for key, label in labels.items())
+
+
+def _figure_table(rows: Mapping[str, Sequence[str]]) -> str:
+    width = max((len(values) for values in rows.values()), default=1)
+    head = (
+        "<thead><tr><th></th><th class=number>Before</th><th class=number>After</th></tr></thead>" if width > 1 else ""
+    )
+    body = ""
+    for name, values in rows.items():
+        cells = "".join(f"<td class=number>{escape(value)}</td>" for value in values[:-1])
+        span = f" colspan={width + 1 - len(values)}" if len(values) < width else ""
+        body += f"<tr><th>{escape(name)}</th>{cells}<td class=number{span}>{escape(values[-1])}</td></tr>"
+    return f"<table>{head}<tbody>{body}</tbody></table>"
+
+
+def _histogram(mode: _Mode, num_bins: int = 60) -> str:
+    """Share of vertices or faces over the values of a mode, as a section with a drawing."""
+    sides = {"after": mode.after} if mode.before is mode.after else {"before": mode.before, "after": mode.after}
+    counts = {
+        key: torch.histc(value.clamp(max=mode.most).float(), num_bins, 0, mode.most) for key, value in sides.items()
+    }
+    highest = max(float(count.max()) for count in counts.values()) or 1.0
+    left, bottom, width, height = 8.0, 150.0, 404.0, 140.0
+    drawing = ""
+    for key, count in counts.items():
+        tops = (bottom - height * count / highest).tolist()
+        steps = " ".join(
+            f"H{left + width * i / num_bins:.1f}V{top:.1f}H{left + width * (i + 1) / num_bins:.1f}"
+            for i, top in enumerate(tops)
+        )
+        drawing += f'<path class="bars {key}" d="M{left} {bottom}{steps}V{bottom}Z"/>'
+    for i in range(5):
+        x, label = left + width * i / 4, f"{mode.most * i / 4:.3g}"
+        drawing += f'<text x="{x:.0f}" y="166" text-anchor="middle">{"≥ " if i == 4 else ""}{label}</text>'
+    drawing += f'<path class="axis" d="M{left} {bottom}H{left + width}"/>'
+    keys = "".join(
+        f'<span class="key"><i style="background:var(--{key})"></i>{key}, mean {value.mean():.3g}</span>'
+        for key, value in sides.items()
+    )
+    svg = f'<svg viewBox="0 0 420 172" role="img" aria-label="Histogram">{drawing}</svg>'
+    return f"<section class=card><h2>{mode.label} ({mode.unit})</h2>{keys}{svg}</section>"
