@@ -1,11 +1,11 @@
 """How far a denoised mesh is from the clean one: angles of facet normals and distances of vertices."""
 
 import torch
-import trimesh
 from torch import Tensor
 from torchmetrics import Metric
 
 from dnf_pyg.mesh.geometry import mean_edge_length
+from dnf_pyg.mesh.surface_distance import surface_distance
 
 __all__ = ["MeanAngularDifference", "VertexError", "angular_difference"]
 
@@ -105,11 +105,9 @@ class VertexError(Metric):
 
     def update(self, pos: Tensor, clean_pos: Tensor, clean_face: Tensor) -> None:
         """Add the vertices of one mesh."""
-        clean = trimesh.Trimesh(clean_pos.double().cpu().numpy(), clean_face.t().cpu().numpy(), process=False)
-        _, distance, _ = trimesh.proximity.closest_point(clean, pos.double().cpu().numpy())
         scale = float(mean_edge_length(clean_pos.double(), clean_face))
-        self.distance_sum += float(distance.sum()) / scale
-        self.num_vertices += len(distance)
+        self.distance_sum += float(surface_distance(pos, clean_pos, clean_face).sum()) / scale
+        self.num_vertices += len(pos)
 
     def compute(self) -> Tensor:
         """Mean over all vertices seen."""
