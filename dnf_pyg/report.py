@@ -172,9 +172,12 @@ def _modes(before: Tensor, after: Tensor, face: Tensor, reference: Tensor | None
 
 
 def _rounded_up(values: Tensor) -> float:
-    """End of a scale that 99% of the values lie below, with two digits."""
-    end = float(torch.quantile(values.double()[:: max(len(values) // 1_000_000, 1)], 0.99)) if len(values) else 0.0
-    return float(f"{end * 1.05:.1e}") or 1.0
+    """End of a scale that 99% of the values lie below: 1, 2, 4 or 8 times a power of ten."""
+    end = float(np.quantile(values.numpy(), 0.99)) if len(values) else 0.0
+    if end <= 0:
+        return 1.0
+    power = 10.0 ** np.floor(np.log10(end))
+    return float(next(step for step in (1, 2, 4, 8, 10) if step * power >= end) * power)
 
 
 def _view_data(before: Tensor, after: Tensor, face: Tensor, modes: Mapping[str, _Mode]) -> dict[str, object]:
@@ -231,8 +234,8 @@ def _histogram(mode: _Mode, num_bins: int = 60) -> str:
         )
         drawing += f'<path class="bars {key}" d="M{left} {bottom}{steps}V{bottom}Z"/>'
     for i in range(5):
-        x, label = left + width * i / 4, f"{mode.most * i / 4:.3g}"
-        drawing += f'<text x="{x:.0f}" y="166" text-anchor="middle">{"≥ " if i == 4 else ""}{label}</text>'
+        x, label, anchor = left + width * i / 4, f"{mode.most * i / 4:.3g}", "end" if i == 4 else "middle"
+        drawing += f'<text x="{x:.0f}" y="166" text-anchor="{anchor}">{"≥ " if i == 4 else ""}{label}</text>'
     drawing += f'<path class="axis" d="M{left} {bottom}H{left + width}"/>'
     keys = "".join(
         f'<span class="key"><i style="background:var(--{key})"></i>{key}, mean {value.mean():.3g}</span>'

@@ -1,13 +1,32 @@
 """Vertex positions that fit given facet normals."""
 
+import numpy as np
 import torch
+from numba import njit
+from numpy.typing import NDArray
 from torch import Tensor
 
-__all__ = ["update_vertices"]
+from dnf_pyg.mesh.adjacency import vertex_faces
+from dnf_pyg.mesh.geometry import face_normals, mean_edge_length
+
+__all__ = ["flipped_faces", "update_vertices"]
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Flags = NDArray[np.bool_]
 
 
 def update_vertices(
-    pos: Tensor, face: Tensor, normal: Tensor, num_iterations: int = 20, tolerance: float = 1e-5
+    pos: Tensor,
+    face: Tensor,
+    normal: Tensor,
+    num_iterations: int = 20,
+    *,
+    tolerance: float = 1e-5,
+    anchor: float = 0.0,
+    max_move: float = float("inf"),
+    fixed: Tensor | None = None,
+    guard: bool = True,
 ) -> Tensor:
     """Move vertices until the faces around them are orthogonal to the given normals.
 
@@ -15,6 +34,7 @@ def update_vertices(
     the current centroid ``c_k`` of face k. It ends early when no vertex moves by more than ``tolerance``.
 
     Source: Sun et al., Fast and Effective Feature-Preserving Mesh Denoising, TVCG 2007, Sec. 4.
+    Differs: the anchor, the guard and the limits; with ``guard=False`` and the other defaults it is the published one.
 
     Args:
         pos: Vertex positions, (V, 3), model units.
@@ -22,12 +42,16 @@ def update_vertices(
         normal: Wanted facet normals, (F, 3), unit length; a zero vector leaves its face out.
         num_iterations: Most iterations done.
         tolerance: Largest movement per iteration, in mean edge lengths, below which the update ends.
+        anchor: Weight of the given position against the faces around (which have 1 together).
+        max_move: Largest distance of a vertex from its given position, in mean edge lengths.
+        fixed: Vertices that stay, (V,) bool.
+        guard: Take back steps that turn a face over, away from its wanted normal.
 
     Returns:
-        Updated positions, (V, 3), of the dtype of ``pos``; vertices without a face stay.
+        Updated positions, (V, 3), of the dtype and device of ``pos``; vertices without a face stay.
 
     Raises:
-        ValueError: If shapes do not agree or ``num_iterations`` is negative.
+        ValueError: If shapes do not agree or a number is negative.
 
     Examples:
         >>> pos = torch.tensor([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0.3]])
@@ -39,21 +63,120 @@ def update_vertices(
     """
     if normal.shape != (face.size(1), 3):
         raise ValueError(f"Expected 'normal' of shape [{face.size(1)}, 3] (got {list(normal.shape)})")
-    if num_iterations < 0:
-        raise ValueError(f"Expected 'num_iterations' of at least 0 (got {num_iterations})")
-    corner = face.reshape(-1)  # (3 * F,)
-    normal = normal.to(pos)
-    count = torch.zeros(pos.size(0), dtype=pos.dtype, device=pos.device).index_add_(
-        0, corner, torch.ones_like(corner, dtype=pos.dtype)
-    )
-    share = count.clamp(min=1).reciprocal().unsqueeze(-1)
-    edge = pos[face] - pos[face.roll(1, 0)]  # (3, F, 3)
-    smallest_step = tolerance * float(edge.norm(dim=-1).mean()) if face.numel() else 0.0
+    if fixed is not None and fixed.shape != (len(pos),):
+        raise ValueError(f"Expected 'fixed' of shape [{len(pos)}] (got {list(fixed.shape)})")
+    numbers = {"num_iterations": num_iterations, "tolerance": tolerance, "anchor": anchor, "max_move": max_move}
+    for name, value in numbers.items():
+        if not value >= 0:
+            raise ValueError(f"Expected '{name}' of at least 0 (got {value})")
+    if face.size(1) == 0:
+        return pos.clone()
+    center = pos.mean(dim=0)  # far from the origin, differences of positions lose digits
+    start = (pos - center).detach().cpu().double().numpy()
+    ptr, face_id = vertex_faces(face.cpu(), len(pos))
+    stays = np.zeros(len(pos), dtype=bool) if fixed is None else fixed.cpu().numpy()
+    corner = np.ascontiguousarray(face.cpu().t().numpy())
+    wanted = np.ascontiguousarray(normal.detach().cpu().double().numpy())
+    unit = float(mean_edge_length(pos, face))
+    current = start.copy()
     for _ in range(num_iterations):
-        centroid = pos[face].mean(dim=0)  # (F, 3)
-        height = (normal * (centroid - pos[face])).sum(dim=-1, keepdim=True)  # (3, F, 1)
-        step = torch.zeros_like(pos).index_add_(0, corner, (height * normal).reshape(-1, 3)) * share
-        pos = pos + step
-        if float(step.norm(dim=-1).max()) <= smallest_step:
+        updated = _stepped(current, start, corner, wanted, ptr.numpy(), face_id.numpy(), stays, anchor, max_move * unit)
+        if guard:
+            _take_back_flips(updated, current, corner, wanted)
+        largest_step = np.abs(updated - current).max()
+        current = updated
+        if largest_step <= tolerance * unit:
             break
-    return pos
+    moved = torch.from_numpy(current != start).any(dim=1).to(pos.device)
+    return torch.where(moved[:, None], torch.from_numpy(current).to(pos) + center, pos)
+
+
+def flipped_faces(pos: Tensor, face: Tensor, normal: Tensor) -> Tensor:
+    """Mark the faces that lie the wrong way round.
+
+    Args:
+        pos: Vertex positions, (V, 3).
+        face: Vertices of each face, (3, F).
+        normal: Facet normals that they should have, (F, 3).
+
+    Returns:
+        Mask, (F,): angles above 90 degrees.
+
+    Examples:
+        >>> pos = torch.tensor([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
+        >>> flipped_faces(pos, torch.tensor([[0], [1], [2]]), torch.tensor([[0.0, 0.6, -0.8]]))
+        tensor([True])
+    """
+    return (face_normals(pos, face) * normal.to(pos)).sum(dim=-1) < 0
+
+
+@njit(cache=True, nogil=True)
+def _stepped(
+    pos: Floats,
+    start: Floats,
+    face: Ints,
+    normal: Floats,
+    ptr: Ints,
+    face_id: Ints,
+    fixed: Flags,
+    anchor: float,
+    max_move: float,
+) -> Floats:
+    """Positions (V, 3) after one iteration; ``face`` (F, 3), faces around vertex v ``face_id[ptr[v]:ptr[v + 1]]``."""
+    height = np.empty(len(face))  # of the plane through the centroid, along the wanted normal
+    for f in range(len(face)):
+        a, b, c = face[f]
+        height[f] = 0.0
+        for axis in range(3):
+            height[f] += normal[f, axis] * (pos[a, axis] + pos[b, axis] + pos[c, axis]) / 3
+    updated = pos.copy()
+    for v in range(len(pos)):
+        lo, hi = ptr[v], ptr[v + 1]
+        if fixed[v] or lo == hi:
+            continue
+        x, y, z = pos[v]
+        step_x = step_y = step_z = 0.0
+        for entry in range(lo, hi):
+            n_x, n_y, n_z = normal[face_id[entry]]
+            distance = height[face_id[entry]] - n_x * x - n_y * y - n_z * z
+            step_x += distance * n_x
+            step_y += distance * n_y
+            step_z += distance * n_z
+        x += step_x / (hi - lo) + anchor * (start[v, 0] - x)
+        y += step_y / (hi - lo) + anchor * (start[v, 1] - y)
+        z += step_z / (hi - lo) + anchor * (start[v, 2] - z)
+        d_x, d_y, d_z = x - start[v, 0], y - start[v, 1], z - start[v, 2]
+        moved = np.sqrt(d_x * d_x + d_y * d_y + d_z * d_z)
+        shrink = 1.0 if moved <= max_move else max_move / moved
+        updated[v, 0] = start[v, 0] + shrink * d_x
+        updated[v, 1] = start[v, 1] + shrink * d_y
+        updated[v, 2] = start[v, 2] + shrink * d_z
+    return updated
+
+
+@njit(cache=True, nogil=True)
+def _take_back_flips(updated: Floats, before: Floats, face: Ints, normal: Floats) -> None:
+    """Put vertices of faces that an iteration turned over back, until there are no such faces."""
+    upright = np.empty(len(face), dtype=np.bool_)
+    for f in range(len(face)):
+        upright[f] = _along(before, face[f], normal[f]) > 0
+    taken_back = True
+    while taken_back:  # every round takes back at least one more vertex
+        taken_back = False
+        for f in range(len(face)):
+            if upright[f] and _along(updated, face[f], normal[f]) <= 0:
+                for v in face[f]:
+                    for axis in range(3):
+                        updated[v, axis] = before[v, axis]
+                taken_back = True
+
+
+@njit(cache=True, nogil=True)
+def _along(pos: Floats, face: Ints, normal: Floats) -> float:
+    """Twice the area of a face seen along a normal; negative from behind."""
+    a, b, c = pos[face[0]], pos[face[1]], pos[face[2]]
+    u_x, u_y, u_z = b[0] - a[0], b[1] - a[1], b[2] - a[2]
+    w_x, w_y, w_z = c[0] - a[0], c[1] - a[1], c[2] - a[2]
+    return (
+        normal[0] * (u_y * w_z - u_z * w_y) + normal[1] * (u_z * w_x - u_x * w_z) + normal[2] * (u_x * w_y - u_y * w_x)
+    )

@@ -2,11 +2,11 @@ import pytest
 import torch
 import trimesh
 
-from dnf_pyg.mesh.vertex_update import update_vertices
+from dnf_pyg.mesh.vertex_update import flipped_faces, update_vertices
 
 
-def by_loop(pos, face, normal, num_iterations):
-    pos = pos.clone()
+def by_loop(pos, face, normal, num_iterations, anchor=0.0):
+    start, pos = pos, pos.clone()
     for _ in range(num_iterations):
         centroid = pos[face].mean(dim=0)
         moved = pos.clone()
@@ -14,7 +14,7 @@ def by_loop(pos, face, normal, num_iterations):
             around = [k for k in range(face.size(1)) if i in face[:, k]]
             if around:
                 steps = [normal[k] * torch.dot(normal[k], centroid[k] - pos[i]) for k in around]
-                moved[i] = pos[i] + sum(steps) / len(around)
+                moved[i] = pos[i] + sum(steps) / len(around) + anchor * (start[i] - pos[i])
         pos = moved
     return pos
 
@@ -24,34 +24,80 @@ def trimesh_normals(pos, face):
     return torch.tensor(mesh.face_normals.copy())
 
 
-def test_matches_loop_over_vertices(sphere_mesh):
+def with_noise(pos, amount, seed=0):
+    return pos + amount * torch.randn(pos.shape, generator=torch.Generator().manual_seed(seed), dtype=pos.dtype)
+
+
+@pytest.mark.parametrize("anchor", [0.0, 0.1])
+def test_matches_loop_over_vertices(sphere_mesh, anchor):
     pos, face = sphere_mesh
     normal = trimesh_normals(pos, face)
-    noisy = pos + 0.05 * torch.randn(pos.shape, generator=torch.Generator().manual_seed(0), dtype=pos.dtype)
-    torch.testing.assert_close(update_vertices(noisy, face, normal, 3), by_loop(noisy, face, normal, 3))
+    noisy = with_noise(pos, 0.05)
+    updated = update_vertices(noisy, face, normal, 3, anchor=anchor, guard=False)
+    torch.testing.assert_close(updated, by_loop(noisy, face, normal, 3, anchor), rtol=0, atol=1e-12)
 
 
 def test_recovers_facet_normals(cube_mesh):
     pos, face = cube_mesh
     normal = trimesh_normals(pos, face)
-    noisy = pos + 0.02 * torch.randn(pos.shape, generator=torch.Generator().manual_seed(0), dtype=pos.dtype)
-    updated = update_vertices(noisy, face, normal, 100)
+    updated = update_vertices(with_noise(pos, 0.02), face, normal, 100)
     cosine = (trimesh_normals(updated, face) * normal).sum(-1).clamp(-1, 1)
     assert cosine.arccos().rad2deg().mean() < 1.0
 
 
-def test_stops_by_itself(sphere_mesh):
-    pos, face = sphere_mesh
+def test_stops_by_itself(cube_mesh):
+    pos, face = cube_mesh
     normal = trimesh_normals(pos, face)
     torch.testing.assert_close(update_vertices(pos, face, normal, 10_000), pos)
+    noisy = with_noise(pos, 0.02)
+    long = update_vertices(noisy, face, normal, 100_000)
+    assert torch.equal(long, update_vertices(noisy, face, normal, 200_000))
 
 
-def test_leaves_vertices_without_faces(sphere_mesh):
+def test_leaves_vertices_without_faces_and_fixed_ones(sphere_mesh):
     pos, face = sphere_mesh
     lone = torch.cat([pos, pos.new_tensor([[9.0, 9, 9]])])
-    updated = update_vertices(lone, face, trimesh_normals(pos, face).roll(1, 0), 2)
-    assert updated[-1].tolist() == [9, 9, 9]
-    assert not torch.equal(updated, lone)
+    fixed = torch.zeros(len(lone), dtype=torch.bool)
+    fixed[5:9] = True
+    updated = update_vertices(lone, face, trimesh_normals(pos, face).roll(1, 0), 2, fixed=fixed)
+    stays = (updated == lone).all(dim=1)
+    assert stays.nonzero().flatten().tolist() == [5, 6, 7, 8, len(pos)]
+
+
+def test_limits_how_far_a_vertex_moves(sphere_mesh):
+    pos, face = sphere_mesh
+    noisy = with_noise(pos, 0.05)
+    edge = trimesh.Trimesh(noisy.numpy(), face.t().numpy(), process=False).edges_unique_length.mean()
+    normal = trimesh_normals(pos, face)
+    free = (update_vertices(noisy, face, normal) - noisy).norm(dim=1) / edge
+    limited = (update_vertices(noisy, face, normal, max_move=0.1) - noisy).norm(dim=1) / edge
+    assert free.max() > 0.2
+    assert limited.max() <= 0.1 + 1e-9
+    assert (limited > 0.0999).any()
+    assert torch.equal(update_vertices(noisy, face, normal, max_move=0.0), noisy)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_guard_lets_no_face_flip(sphere_mesh, seed):
+    pos, face = sphere_mesh
+    noisy = with_noise(pos, 0.06, seed)
+    wrong = torch.nn.functional.normalize(with_noise(trimesh_normals(pos, face), 0.5, seed + 100), dim=-1)
+    before = flipped_faces(noisy, face, wrong)
+    free = flipped_faces(update_vertices(noisy, face, wrong, 40, guard=False), face, wrong)
+    guarded = flipped_faces(update_vertices(noisy, face, wrong, 40), face, wrong)
+    assert (free & ~before).any()
+    assert not (guarded & ~before).any()
+    assert guarded.sum() <= before.sum()
+
+
+def test_moves_turns_and_scales_with_the_mesh(sphere_mesh):
+    pos, face = sphere_mesh
+    noisy, normal = with_noise(pos, 0.05), trimesh_normals(pos, face)
+    turn = torch.linalg.qr(with_noise(torch.zeros(3, 3, dtype=pos.dtype), 1.0)).Q
+    turn[:, 0] *= torch.linalg.det(turn)
+    expected = update_vertices(noisy, face, normal)
+    moved = update_vertices(1e-3 * noisy @ turn.t() + 1e3, face, normal @ turn.t())
+    torch.testing.assert_close((moved - 1e3) @ turn * 1e3, expected, rtol=0, atol=1e-8)
 
 
 def test_keeps_dtype(sphere_mesh):
@@ -59,9 +105,18 @@ def test_keeps_dtype(sphere_mesh):
     assert update_vertices(pos.float(), face, trimesh_normals(pos, face), 1).dtype == torch.float32
 
 
-def test_rejects_wrong_arguments(sphere_mesh):
+@pytest.mark.parametrize(
+    ("arguments", "text"),
+    [
+        ({"num_iterations": -1}, r"'num_iterations' of at least 0 \(got -1\)"),
+        ({"anchor": float("nan")}, r"'anchor' of at least 0 \(got nan\)"),
+        ({"max_move": -0.5}, r"'max_move' of at least 0 \(got -0.5\)"),
+        ({"fixed": torch.zeros(3, dtype=torch.bool)}, r"'fixed' of shape \[162\] \(got \[3\]\)"),
+        ({"normal": torch.zeros(162, 3)}, r"'normal' of shape \[320, 3\] \(got \[162, 3\]\)"),
+    ],
+)
+def test_rejects_wrong_arguments(sphere_mesh, arguments, text):
     pos, face = sphere_mesh
-    with pytest.raises(ValueError, match=r"'normal' of shape \[320, 3\] \(got \[162, 3\]\)"):
-        update_vertices(pos, face, pos)
-    with pytest.raises(ValueError, match=r"'num_iterations' of at least 0 \(got -1\)"):
-        update_vertices(pos, face, trimesh_normals(pos, face), -1)
+    normal = trimesh_normals(pos, face)
+    with pytest.raises(ValueError, match=text):
+        update_vertices(**{"pos": pos, "face": face, "normal": normal, **arguments})
