@@ -16,36 +16,10 @@ from dnf_pyg.nn.rows import Rows
 __all__ = ["FeatureGroupingConv", "NormalGroupingConv"]
 
 
-class NormalGroupingConv(MessagePassing):
-    r"""Embed each face from its own normal and those of its neighbours.
+class GroupingConv(MessagePassing):
+    r"""Base of the grouping convolutions: the max over edges of an MLP whose first linear layer is split.
 
-    .. math::
-        \mathbf{x}'_i = \max_{j \in \mathcal{N}(i)} h_{\Theta}(\mathbf{x}_i \Vert \mathbf{x}_j)
-
-    with a shared MLP :math:`h_{\Theta}`, batch normalization and ReLU after each of its linear layers. The first linear
-    layer is split over source and target, two products per face and none per edge.
-    Source: Li et al. 2020, Sec. 3.3.1 (normal grouping layer, feature extraction layer).
-
-    Args:
-        in_channels: Features per face on input; 3 for facet normals.
-        out_channels: Features per face on output.
-        hidden_channels: Width of each hidden layer; two layers of half of ``out_channels`` if ``None``.
-        k: Use the first ``k`` edges of each centre only; all if ``None``. A centre with fewer uses what it has.
-
-    Shapes:
-        - **x:** :math:`(F, C_{in})`, or a pair :math:`(F_s, C_{in}), (F_t, C_{in})` of neighbours and centres
-        - **edge_index:** :math:`(2, E)`, neighbour (row 0) to centre (row 1), any order, any degree; an
-          :class:`~torch_geometric.EdgeIndex` or a sparse matrix of shape :math:`(F_t, F_s)` as well. With ``k``, the
-          edges of a centre are listed nearest first.
-        - **output:** :math:`(F_t, C_{out})`; zeros for a face without neighbours
-
-    Raises:
-        ValueError: If ``x`` does not have ``in_channels`` columns, or ``k`` is not positive.
-
-    Example:
-        >>> conv = NormalGroupingConv(3, 16)
-        >>> conv(torch.randn(4, 3), torch.tensor([[1, 2, 0], [0, 0, 1]])).shape
-        torch.Size([4, 16])
+    A subclass says how, in ``split_first_linear``. Arguments, shapes and errors as in :class:`NormalGroupingConv`.
     """
 
     SUPPORTS_FUSED_EDGE_INDEX: Final = True
@@ -95,10 +69,8 @@ class NormalGroupingConv(MessagePassing):
         return edge_index.size(1) > 1 if all(training) else not (any(training) or torch.is_grad_enabled())
 
     def split_first_linear(self, x_src: Tensor, x_dst: Tensor) -> tuple[Tensor, Tensor]:
-        """First linear layer of the MLP on :math:`[x_i, x_j]`, split into a term per centre and one per neighbour."""
-        lin = self.mlp.lins[0]
-        own, other = lin.weight.split(self.in_channels, dim=1)
-        return torch.addmm(lin.bias, x_dst, own.t()), x_src @ other.t()
+        """First linear layer of the MLP as the sum of a term per centre and a term per neighbour."""
+        raise NotImplementedError
 
     def message(self, u_i: Tensor, v_j: Tensor) -> Tensor:
         """Rest of the MLP on each edge, shape (E, C_out)."""
@@ -120,7 +92,46 @@ class NormalGroupingConv(MessagePassing):
         )
 
 
-class FeatureGroupingConv(NormalGroupingConv):
+class NormalGroupingConv(GroupingConv):
+    r"""Embed each face from its own normal and those of its neighbours.
+
+    .. math::
+        \mathbf{x}'_i = \max_{j \in \mathcal{N}(i)} h_{\Theta}(\mathbf{x}_i \Vert \mathbf{x}_j)
+
+    with a shared MLP :math:`h_{\Theta}`, batch normalization and ReLU after each of its linear layers. The first linear
+    layer is split over source and target, two products per face and none per edge.
+    Source: Li et al. 2020, Sec. 3.3.1 (normal grouping layer, feature extraction layer).
+
+    Args:
+        in_channels: Features per face on input; 3 for facet normals.
+        out_channels: Features per face on output.
+        hidden_channels: Width of each hidden layer; two layers of half of ``out_channels`` if ``None``.
+        k: Use the first ``k`` edges of each centre only; all if ``None``. A centre with fewer uses what it has.
+
+    Shapes:
+        - **x:** :math:`(F, C_{in})`, or a pair :math:`(F_s, C_{in}), (F_t, C_{in})` of neighbours and centres
+        - **edge_index:** :math:`(2, E)`, neighbour (row 0) to centre (row 1), any order, any degree; an
+          :class:`~torch_geometric.EdgeIndex` or a sparse matrix of shape :math:`(F_t, F_s)` as well. With ``k``, the
+          edges of a centre are listed nearest first.
+        - **output:** :math:`(F_t, C_{out})`; zeros for a face without neighbours
+
+    Raises:
+        ValueError: If ``x`` does not have ``in_channels`` columns, or ``k`` is not positive.
+
+    Example:
+        >>> conv = NormalGroupingConv(3, 16)
+        >>> conv(torch.randn(4, 3), torch.tensor([[1, 2, 0], [0, 0, 1]])).shape
+        torch.Size([4, 16])
+    """
+
+    def split_first_linear(self, x_src: Tensor, x_dst: Tensor) -> tuple[Tensor, Tensor]:
+        """First linear layer of the MLP on :math:`[x_i, x_j]`, split over its two halves."""
+        lin = self.mlp.lins[0]
+        own, other = lin.weight.split(self.in_channels, dim=1)
+        return torch.addmm(lin.bias, x_dst, own.t()), x_src @ other.t()
+
+
+class FeatureGroupingConv(GroupingConv):
     r"""Embed each face from its own features and how its neighbours differ from it.
 
     .. math::
@@ -136,7 +147,7 @@ class FeatureGroupingConv(NormalGroupingConv):
     """
 
     def split_first_linear(self, x_src: Tensor, x_dst: Tensor) -> tuple[Tensor, Tensor]:
-        """First linear layer of the MLP on :math:`[x_i, x_j - x_i]`, split as in the base class."""
+        """First linear layer of the MLP on :math:`[x_i, x_j - x_i]`, split likewise."""
         lin = self.mlp.lins[0]
         own, difference = lin.weight.split(self.in_channels, dim=1)
         return torch.addmm(lin.bias, x_dst, (own - difference).t()), x_src @ difference.t()

@@ -230,6 +230,6 @@ def _inner_backward(edges: _Edges, sink: _Sink, level: int, weight: Tensor) -> t
         torch.addcmul(constant, stage.z[block.edges], slope, out=statistics)
         torch.addcmul(statistics, grad, stage.scale, out=grad)
         a = edges.activation(level, block)
-        d_weight.addmm_(grad.t(), a)
+        d_weight += grad.t() @ a
         sink.put(level, block, torch.mm(grad, weight, out=sink.grad(level, block)), a)
     return d_weight, torch.zeros_like(d_beta), d_gamma, d_beta
