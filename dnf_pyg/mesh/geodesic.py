@@ -194,7 +194,7 @@ class HeatGrowth:
     Source: Li et al. 2020, Sec. 3.2; Crane et al. 2013, with the robust Laplacian of Sharp and Crane 2020.
 
     Raises:
-        MeshError: From ``bind``, if the heat method fails on the mesh.
+        MeshError: From ``bind`` and ``grow``, if the solver refuses the mesh or finds no finite distance.
 
     Example:
         >>> pos = torch.tensor([[0.0, 0, 0], [3, 0, 0], [0, 3, 0], [3, 3, 0]])
@@ -213,8 +213,9 @@ class HeatGrowth:
 
 class _BoundHeat:
     def __init__(self, pos: Tensor, face: Tensor, graph: FacetGraph) -> None:
-        self._face = face.t().numpy()
-        position = pos.double() - pos.double().mean(dim=0)
+        used, corner = face.t().unique(return_inverse=True)  # the solver takes no vertex without a face
+        self._face = corner.numpy()
+        position = pos[used].double() - pos[used].double().mean(dim=0)
         self._scale = graph.step * _STEPS
         links = csr_array((graph.length, graph.neighbor, graph.ptr), shape=(graph.num_faces, graph.num_faces))
         self._component = connected_components(links, directed=False)[1]
@@ -228,6 +229,8 @@ class _BoundHeat:
             at_vertex = self._solver.compute_distance_multisource(self._face[seed])
         except RuntimeError as error:
             raise _heat_error(error) from error
+        if not np.isfinite(at_vertex).all():
+            raise _heat_error("distances that are not finite")
         distance = at_vertex[self._face].min(axis=1).clip(min=0)
         distance[self._component != self._component[seed]] = np.inf
         distance[seed] = -1
@@ -237,5 +240,5 @@ class _BoundHeat:
         )
 
 
-def _heat_error(error: RuntimeError) -> MeshError:
+def _heat_error(error: object) -> MeshError:
     return MeshError(f"Expected a mesh that the heat method can solve (got '{error}'). Use DijkstraGrowth instead.")

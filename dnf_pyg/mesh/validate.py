@@ -7,7 +7,7 @@ from dnf_pyg.errors import MeshError
 
 __all__ = ["validate_mesh"]
 
-_LIMIT = 1e100  # squares and products of coordinates stay finite in float64 below this size
+_LIMIT = 1e30  # below: distances are finite in float32, products of coordinates in float64
 
 
 def validate_mesh(pos: Tensor, face: Tensor) -> None:
@@ -23,7 +23,7 @@ def validate_mesh(pos: Tensor, face: Tensor) -> None:
     Raises:
         ValueError: If a shape or dtype is not the one above.
         MeshError: If there is no face, a face names a vertex that does not exist, or a coordinate is not
-            finite or larger than 1e100.
+            finite or larger than 1e30.
 
     Example:
         >>> validate_mesh(torch.zeros(3, 3), torch.tensor([[0], [1], [5]]))

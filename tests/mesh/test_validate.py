@@ -39,7 +39,7 @@ def test_rejects_vertices_that_do_not_exist(vertex):
         validate_mesh(POS, face)
 
 
-@pytest.mark.parametrize("value", [float("nan"), float("inf"), -float("inf"), 1e101])
+@pytest.mark.parametrize("value", [float("nan"), float("inf"), -float("inf"), 1e31])
 def test_rejects_coordinates_that_are_not_finite(value):
     pos = POS.double().clone()
     pos[1, 2] = value
