@@ -2,5 +2,6 @@
 
 from datamodules.clean_meshes import CleanMeshesDataModule
 from datamodules.cnr import CNRDataModule
+from datamodules.generated import GeneratedDataModule
 
-__all__ = ["CNRDataModule", "CleanMeshesDataModule"]
+__all__ = ["CNRDataModule", "CleanMeshesDataModule", "GeneratedDataModule"]

@@ -1,0 +1,219 @@
+"""Denoise a folder of test meshes with several methods: tables (markdown, CSV, JSON) and plots of what comes out.
+
+A run that was cut off goes on where it stood: launch it again with the same output folder.
+"""
+
+import argparse
+import fnmatch
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+import torch
+from rich.console import Console
+from rich.progress import MofNCompleteColumn, Progress, TimeElapsedColumn
+
+import dnf_pyg
+from dnf_pyg.baselines import BASELINES
+from dnf_pyg.benchmark import (
+    ClassicalMethod,
+    Failure,
+    Method,
+    NetworkMethod,
+    OutputFolder,
+    Result,
+    Row,
+    RowLog,
+    draw_plots,
+    find_test_folder,
+    markdown,
+    pair_meshes,
+    read_published,
+    run_benchmark,
+    summarize,
+    write_csv,
+    write_json,
+)
+from dnf_pyg.errors import DataError
+from dnf_pyg.mesh.atomic import write_bytes
+from dnf_pyg.mesh.io import MeshFile, read_mesh, write_mesh
+from dnf_pyg.pretrained import DEFAULT_WEIGHTS, load_network, packaged_weights
+from dnf_pyg.release import fingerprint
+from dnf_pyg.report import draw_meshes
+
+__all__ = ["add_arguments", "run"]
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the command's arguments."""
+    parser.add_argument(
+        "data", type=Path, metavar="DATA_ROOT", help="folder with original/NAME.obj and noisy/NAME_n1.obj, or above"
+    )
+    parser.add_argument("-o", "--output", type=Path, required=True, metavar="FOLDER", help="folder for the results")
+    parser.add_argument(
+        "--weights",
+        nargs="*",
+        default=[DEFAULT_WEIGHTS],
+        metavar="[TITLE=]WEIGHTS",
+        help="checkpoints, folders or packaged names "
+        f"({', '.join(packaged_weights()) or 'none in this build'}); default {DEFAULT_WEIGHTS}",
+    )
+    parser.add_argument(
+        "--baselines",
+        nargs="*",
+        choices=list(BASELINES),
+        default=list(BASELINES),
+        metavar="NAME",
+        help=f"classical filters to run ({', '.join(BASELINES)}); all by default, none if no name follows",
+    )
+    parser.add_argument(
+        "--outputs",
+        nargs="*",
+        default=[],
+        metavar="TITLE=FOLDER",
+        help="meshes that other methods made, called as the noisy ones",
+    )
+    parser.add_argument(
+        "--published",
+        nargs="*",
+        type=Path,
+        default=[],
+        metavar="CSV",
+        help="theta of other methods: columns mesh, noise, method, theta_deg and, where there are, setting",
+    )
+    parser.add_argument("--meshes", nargs="*", metavar="PATTERN", help="only these, such as 'block' or '*_n3'")
+    parser.add_argument("--limit", type=int, metavar="N", help="only the first N noisy meshes")
+    parser.add_argument("--iterations", type=int, default=20, help="iterations of the vertex update (%(default)s)")
+    parser.add_argument("--seed", type=int, default=0, help="seed of the choice of patches (%(default)s)")
+    parser.add_argument(
+        "--keep", nargs="*", default=[], metavar="PATTERN", help="write and draw the denoised meshes of these"
+    )
+
+
+def run(options: argparse.Namespace) -> None:
+    """Denoise, measure, write all tables and plots, print the summary.
+
+    Raises:
+        DataError: If there are no meshes, two methods have one title, or, after everything else, a mesh failed.
+    """
+    folder = find_test_folder(options.data)
+    pairs = _selected(pair_meshes(folder), options.meshes)[: options.limit]
+    if not pairs:
+        raise DataError(f"Expected noisy meshes that match {options.meshes} and --limit (got none in {options.data})")
+    methods = _methods(options)
+    published = [row for path in options.published for row in read_published(path)]
+    _check_titles([*(method.name for method in methods), *dict.fromkeys(row.method for row in published)])
+    options.output.mkdir(parents=True, exist_ok=True)
+    meshes = _MeshFolder(options.output, options.keep)
+    console = Console(stderr=True)
+    with Progress(
+        *Progress.get_default_columns(), MofNCompleteColumn(), TimeElapsedColumn(), console=console, transient=True
+    ) as bar:
+        task = bar.add_task("", total=len(pairs) * len(methods))
+        started = -1
+
+        def progress(text: str) -> None:
+            nonlocal started
+            started += 1
+            bar.update(task, completed=started, description=text)
+
+        rows, failures = run_benchmark(
+            pairs,
+            methods,
+            RowLog(options.output / "finished.jsonl"),
+            progress=progress,
+            deliver=meshes.write,
+            delivered=meshes.has,
+        )
+    cases = {noisy.stem for noisy, _ in pairs}
+    rows += [row for row in published if f"{row.mesh}_{row.noise}" in cases]
+    text = _write(options, "/".join(folder.parts[-2:]), rows, failures)
+    for noisy, clean in pairs:
+        meshes.draw(noisy, clean, [method.name for method in methods])
+    sys.stdout.write(text.split("## Summary\n\n")[1].split("\n\n## ")[0] + "\n")
+    if failures:
+        first = failures[0]
+        raise DataError(
+            f"{len(failures)} of {len(pairs) * len(methods)} results failed, all are named in "
+            f"{options.output / 'results.md'}; the first is {first.method} on {first.noisy}: {first.reason}"
+        )
+
+
+def _selected(pairs: Sequence[tuple[Path, Path]], patterns: Sequence[str] | None) -> list[tuple[Path, Path]]:
+    return [(n, c) for n, c in pairs if patterns is None or _matches(n.stem, patterns) or _matches(c.stem, patterns)]
+
+
+def _matches(name: str, patterns: Sequence[str]) -> bool:
+    return any(fnmatch.fnmatch(name, pattern) for pattern in patterns)
+
+
+def _methods(options: argparse.Namespace) -> list[Method]:
+    methods: list[Method] = []
+    for word in options.weights:
+        title, given, weights = word.rpartition("=")
+        net = load_network(weights)
+        title = title if given else Path(weights).stem
+        methods.append(NetworkMethod(title, net, fingerprint(net), options.iterations, options.seed))
+    for name in options.baselines:
+        baseline = BASELINES[name]()
+        methods.append(ClassicalMethod(name, baseline))
+    for word in options.outputs:
+        title, _, folder = word.partition("=")
+        if not Path(folder).is_dir() or not folder:
+            raise DataError(f"Expected TITLE=FOLDER for --outputs (got '{word}'): name a folder of meshes")
+        methods.append(OutputFolder(title, Path(folder)))
+    return methods
+
+
+def _check_titles(titles: Sequence[str]) -> None:
+    twice = sorted({title for title in titles if titles.count(title) > 1})
+    if twice:
+        raise DataError(f"Expected methods of different titles (got two called '{twice[0]}'): write TITLE=... for one")
+
+
+def _write(options: argparse.Namespace, name: str, rows: Sequence[Row], failures: Sequence[Failure]) -> str:
+    """Write tables and plots; the text of the markdown table."""
+    own = dict.fromkeys(row.method for row in rows if row.vertex_error is not None)
+    facts = {
+        "data": name,
+        "num_vertex_iterations": options.iterations,
+        "seed": options.seed,
+        "versions": {"dnf_pyg": dnf_pyg.__version__, "torch": torch.__version__},
+        "num_threads": torch.get_num_threads(),
+        "failures": [vars(failure) for failure in failures],
+        "summary": {method: summarize([row for row in rows if row.method == method], name) for method in own},
+    }
+    text = markdown(f"Benchmark on {name}", rows, failures, torch.get_num_threads())
+    write_bytes(options.output / "results.md", text.encode())
+    write_json(options.output / "results.json", rows, facts)
+    write_csv(options.output / "results.csv", rows)
+    draw_plots(options.output, rows)
+    return text
+
+
+class _MeshFolder:
+    """Denoised meshes that are kept, below the results: ``meshes/TITLE/NAME.obj``."""
+
+    def __init__(self, folder: Path, patterns: Sequence[str]) -> None:
+        self.folder, self.patterns = folder, patterns
+
+    def path(self, noisy: str, method: str) -> Path:
+        return self.folder / "meshes" / method.replace("/", "_") / f"{noisy}.obj"
+
+    def has(self, noisy: str, method: Method) -> bool:
+        return not _matches(noisy, self.patterns) or self.path(noisy, method.name).is_file()
+
+    def write(self, noisy: MeshFile, method: Method, result: Result) -> None:
+        if _matches(noisy.path.stem, self.patterns):
+            path = self.path(noisy.path.stem, method.name)
+            path.parent.mkdir(parents=True, exist_ok=True)
+            write_mesh(noisy, result.pos, path)
+
+    def draw(self, noisy: Path, clean: Path, methods: Sequence[str]) -> None:
+        """Draw the kept results on one mesh side by side, with their errors below."""
+        paths = {method: self.path(noisy.stem, method) for method in methods}
+        if not _matches(noisy.stem, self.patterns):
+            return
+        files = {"clean": clean, "noisy": noisy, **{name: path for name, path in paths.items() if path.is_file()}}
+        meshes = {name: (mesh.pos, mesh.face) for name, mesh in ((n, read_mesh(path)) for n, path in files.items())}
+        draw_meshes(self.folder / f"{noisy.stem}.png", meshes, meshes["clean"])
