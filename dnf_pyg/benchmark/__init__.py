@@ -1,0 +1,32 @@
+"""Denoise a folder of test meshes with several methods and report how far each result is from the clean mesh."""
+
+from dnf_pyg.benchmark.evaluation import Failure, run_benchmark
+from dnf_pyg.benchmark.methods import ClassicalMethod, Method, NetworkMethod, OutputFolder, Result
+from dnf_pyg.benchmark.pairs import find_test_folder, pair_meshes
+from dnf_pyg.benchmark.plots import draw_plots
+from dnf_pyg.benchmark.rows import Row, RowLog, read_published, write_csv, write_json
+from dnf_pyg.benchmark.score import complete_methods, mesh_thetas, scores, summarize
+from dnf_pyg.benchmark.tables import markdown
+
+__all__ = [
+    "ClassicalMethod",
+    "Failure",
+    "Method",
+    "NetworkMethod",
+    "OutputFolder",
+    "Result",
+    "Row",
+    "RowLog",
+    "complete_methods",
+    "draw_plots",
+    "find_test_folder",
+    "markdown",
+    "mesh_thetas",
+    "pair_meshes",
+    "read_published",
+    "run_benchmark",
+    "scores",
+    "summarize",
+    "write_csv",
+    "write_json",
+]

@@ -1,0 +1,88 @@
+"""Plots of a benchmark."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from dnf_pyg.benchmark.rows import Row
+from dnf_pyg.benchmark.score import complete_methods, mesh_thetas, scores
+
+__all__ = ["draw_plots"]
+
+_MARKERS = "oDs^vP*X<>"
+
+
+def draw_plots(folder: Path, rows: Sequence[Row]) -> list[Path]:
+    """Draw theta per mesh, theta per noise level and sorted scores as png.
+
+    Args:
+        folder: Where the pictures go.
+        rows: All rows; those of methods that lack some meshes are drawn per mesh only.
+
+    Returns:
+        The files written.
+    """
+    methods = list(dict.fromkeys(row.method for row in rows))
+    meshes = list(dict.fromkeys(row.mesh for row in rows))
+    style = {method: _style(number) for number, method in enumerate(methods)}
+    plots = {
+        "theta_by_mesh.png": (_draw_meshes, (9, 1.5 + 0.45 * len(meshes))),
+        "theta_by_noise.png": (_draw_levels, (8, 4.5)),
+        "scores.png": (_draw_scores, (8, 4.5)),
+    }
+    for name, (draw, size) in plots.items():
+        figure = Figure(figsize=size, dpi=120, layout="constrained")
+        FigureCanvasAgg(figure)
+        axes = figure.subplots()
+        draw(axes, rows, style)
+        axes.grid(alpha=0.3)
+        figure.legend(loc="outside right upper", fontsize=8)
+        figure.savefig(folder / name)
+    return [folder / name for name in plots]
+
+
+def _style(number: int) -> dict[str, Any]:
+    color = mpl.colormaps["tab10"](number % 10)
+    return {"color": color, "marker": _MARKERS[number % len(_MARKERS)], "linewidth": 2.2 if number == 0 else 1.2}
+
+
+def _draw_meshes(axes: Axes, rows: Sequence[Row], style: dict[str, dict[str, Any]]) -> None:
+    """Theta of every method on every mesh, mean of the noise levels, a line of markers per mesh."""
+    meshes = list(dict.fromkeys(row.mesh for row in rows))[::-1]
+    thetas = mesh_thetas(rows)
+    for method, marks in reversed(style.items()):  # the first method on top
+        known = [(thetas[method][mesh], place) for place, mesh in enumerate(meshes) if mesh in thetas[method]]
+        size = 8 if method == next(iter(style)) else 5
+        axes.plot(*zip(*known, strict=True) if known else ([], []), **{**marks, "linewidth": 0}, ms=size, label=method)
+    axes.set_yticks(range(len(meshes)), meshes)
+    axes.set_xscale("log")
+    axes.xaxis.set_major_formatter("{x:g}")
+    axes.xaxis.set_minor_formatter(lambda value, _: f"{value:g}" if f"{value:.0e}"[0] in "25" else "")
+    axes.set_xlabel("θ of the mesh, mean of the noise levels (degrees, logarithmic)")
+
+
+def _draw_levels(axes: Axes, rows: Sequence[Row], style: dict[str, dict[str, Any]]) -> None:
+    """Mean theta over the meshes, by noise level."""
+    noises = sorted({row.noise for row in rows})
+    for method in complete_methods(rows):
+        thetas = [[row.theta_deg for row in rows if (row.method, row.noise) == (method, noise)] for noise in noises]
+        axes.plot(noises, [sum(theta) / len(theta) for theta in thetas], **style[method], label=method)
+    axes.set_ylim(bottom=0)
+    axes.set_xlabel("noise")
+    axes.set_ylabel("θ of the mesh, mean of the meshes (degrees)")
+
+
+def _draw_scores(axes: Axes, rows: Sequence[Row], style: dict[str, dict[str, Any]]) -> None:
+    """Scores of each method over the meshes, falling, as in the paper's figure of scores."""
+    complete = complete_methods(rows)
+    score = scores({method: thetas for method, thetas in mesh_thetas(rows).items() if method in complete})
+    for method in complete:
+        falling = sorted(score[method].values(), reverse=True)
+        axes.plot(range(1, len(falling) + 1), falling, **style[method], label=method)
+    axes.set_xlabel("meshes, for each method from its best to its worst")
+    axes.set_ylabel("score of Eq. 4 among these methods")
