@@ -1,25 +1,28 @@
-"""Noisy mesh in, denoised mesh out: cover it with patches, filter their normals, fuse them, move the vertices."""
+"""Noisy mesh in, denoised mesh out: filter the facet normals, move the vertices."""
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+import time
+from dataclasses import dataclass, field
 from pathlib import Path
 
+import numpy as np
 import torch
 import trimesh
 from torch import Tensor
-from torch_geometric.data import Batch
 
-from dnf_pyg.data.patch import Patch, PatchExtractor, patch_to_data
-from dnf_pyg.data.seeds import cover
-from dnf_pyg.errors import MeshError
-from dnf_pyg.mesh.geometry import filled_face_normals
-from dnf_pyg.mesh.vertex_update import update_vertices
+from dnf_pyg.filtering import Progress, filter_normals
+from dnf_pyg.mesh.adjacency import boundary_vertices
+from dnf_pyg.mesh.noise_level import estimate_noise_level
+from dnf_pyg.mesh.validate import validate_mesh
+from dnf_pyg.mesh.vertex_update import flipped_faces, update_vertices
+from dnf_pyg.mesh.weld import weld
 from dnf_pyg.nn import DNFNet
 from dnf_pyg.pretrained import DEFAULT_WEIGHTS, load_network
 
-__all__ = ["DenoiseResult", "denoise", "filter_normals"]
+__all__ = ["DenoiseResult", "denoise"]
 
-Progress = Callable[[int, int], None]
+NOISE_RANGE = (0.03, 0.45)  # levels that the packaged weights were trained on, in mean edge lengths
+_ANCHOR = 1.2e-4  # anchor of the vertex update times the square of the noise level: weak noise, strong anchor
+_STRONGEST_ANCHOR = 0.03
 
 
 @dataclass(frozen=True)
@@ -27,38 +30,72 @@ class DenoiseResult:
     """What :func:`denoise` returns.
 
     Attributes:
-        mesh: The denoised mesh; vertex and face order are those of the input.
-        normal: Filtered facet normals (F, 3), unit length, that the vertices were moved to fit.
-        coverage: Number of patches that each face lay in (F,).
+        mesh: The denoised mesh; all but its vertex positions is as in the input.
+        normal: Filtered facet normals, (F, 3), unit length, that the vertices were moved to fit.
+        coverage: Number of patches that each face lay in, (F,).
+        confidence: How well these patches agree, (F,), up to 1.
+        noise_level: Estimate for the input, in mean edge lengths.
+        flipped_before: Faces of the input more than 90 degrees from their filtered normal.
+        flipped_after: Such faces of the result.
+        seconds: Time spent by stage.
+        warnings: What the user should know about the result, a sentence each.
     """
 
     mesh: trimesh.Trimesh
     normal: Tensor
     coverage: Tensor
+    confidence: Tensor
+    noise_level: float
+    flipped_before: int
+    flipped_after: int
+    seconds: dict[str, float] = field(default_factory=dict)
+    warnings: list[str] = field(default_factory=list)
+
+    @property
+    def pos(self) -> Tensor:
+        """Vertex positions of the denoised mesh, (V, 3) float64."""
+        return torch.tensor(np.asarray(self.mesh.vertices), dtype=torch.float64)
 
 
 def denoise(
     mesh: trimesh.Trimesh,
     weights: str | Path | DNFNet = DEFAULT_WEIGHTS,
     *,
+    strength: float = 1.0,
+    max_move: float = float("inf"),
+    num_iterations: int = 20,
+    repeat: int = 1,
+    mask: Tensor | None = None,
+    preserve_boundary: bool = False,
     patch_size: int = 800,
     min_coverage: int = 2,
-    num_iterations: int = 20,
     batch_size: int = 4,
     seed: int = 0,
+    device: str | torch.device = "cpu",
+    precision: torch.dtype = torch.float32,
     progress: Progress | None = None,
 ) -> DenoiseResult:
     """Denoise a triangle mesh.
 
+    Copies of a vertex at one place (seams of textures, triangle soups) move together. The result moves, scales and
+    turns with the mesh (turns: for weights with ``align``, else nearly).
+
     Args:
         mesh: The noisy mesh; it is not changed.
         weights: Name of packaged weights, a folder, a checkpoint (see :func:`load_network`), or a network.
+        strength: Share of the way that vertices go, from 0 (the mesh stays as it is) to 1.
+        max_move: Largest movement of a vertex, in mean edge lengths.
+        num_iterations: Most iterations of the vertex update.
+        repeat: Times that the network filters, each time its own result; 2 suits strong noise.
+        mask: Vertices that may move, (V,) bool; all if not given.
+        preserve_boundary: Leave vertices on open boundaries in place.
         patch_size: Faces per patch.
         min_coverage: Patches that every face lies in, at least.
-        num_iterations: Iterations of the vertex update.
         batch_size: Patches per call of the network.
         seed: Seed of the choice of patches; the same seed gives the same result.
-        progress: Called with the number of faces covered so far and their total.
+        device: Where the network runs.
+        precision: ``torch.float32``, or ``torch.bfloat16`` on hardware that is faster with it.
+        progress: Called with the number of faces covered so far and their total, over all repeats.
 
     Returns:
         The denoised mesh and what led to it.
@@ -66,84 +103,97 @@ def denoise(
     Raises:
         MeshError: If the mesh has no faces or coordinates that are not finite.
         WeightsError: If the weights cannot be loaded.
+        ValueError: If an argument is out of range.
     """
+    _check(strength, repeat, mask, len(mesh.vertices))
     net = weights if isinstance(weights, DNFNet) else load_network(weights)
-    if len(mesh.faces) == 0:
-        raise MeshError(f"Expected a mesh with triangles (got {len(mesh.vertices)} vertices and no face)")
-    pos = torch.tensor(mesh.vertices, dtype=torch.float64)
-    face = torch.tensor(mesh.faces, dtype=torch.long).t().contiguous()
-    normal, coverage = filter_normals(
-        net,
-        pos,
-        face,
-        patch_size=patch_size,
-        min_coverage=min_coverage,
-        batch_size=batch_size,
-        seed=seed,
-        progress=progress,
-    )
-    denoised = mesh.copy()
-    denoised.vertices = update_vertices(pos, face, normal.double(), num_iterations=num_iterations).numpy()
-    return DenoiseResult(denoised, normal, coverage)
-
-
-@torch.no_grad()
-def filter_normals(
-    net: DNFNet,
-    pos: Tensor,
-    face: Tensor,
-    *,
-    patch_size: int = 800,
-    min_coverage: int = 2,
-    batch_size: int = 4,
-    seed: int = 0,
-    progress: Progress | None = None,
-) -> tuple[Tensor, Tensor]:
-    """Filter the facet normals of a whole mesh patch by patch.
-
-    Overlapping patches are summed with a weight that falls from the seed face to the rim, where a patch lacks context.
-
-    Args:
-        net: The network, in evaluation mode.
-        pos: Noisy vertex positions (V, 3).
-        face: Faces (3, F).
-        patch_size: Faces per patch.
-        min_coverage: Patches that every face lies in, at least.
-        batch_size: Patches per call of the network.
-        seed: Seed of the choice of patches.
-        progress: Called with the number of faces covered so far and their total.
-
-    Returns:
-        Filtered normals (F, 3), unit length, and the number of patches of each face (F,).
-    """
+    original = torch.tensor(np.asarray(mesh.vertices), dtype=torch.float64)
+    face = torch.tensor(np.asarray(mesh.faces), dtype=torch.long).reshape(-1, 3).t().contiguous()
+    validate_mesh(original, face)
+    started = time.perf_counter()
+    welded = weld(original, face)
+    noise_level = estimate_noise_level(welded.pos, welded.face)
+    fixed = _fixed_vertices(welded.vertex_id, welded.face, len(welded.pos), mask, preserve_boundary)
+    seconds = {"prepare": time.perf_counter() - started, "patches": 0.0, "network": 0.0, "fuse": 0.0, "update": 0.0}
     num_faces = face.size(1)
-    noisy = filled_face_normals(pos, face).float()
-    extractor = PatchExtractor(pos, face, patch_size=patch_size, k=max(net.k))
-    patches = cover(extractor, min_coverage=min_coverage, generator=torch.Generator().manual_seed(seed))
-    total = torch.zeros(num_faces, 3)
-    coverage = torch.zeros(num_faces, dtype=torch.long)
-    for group in _in_groups(patches, batch_size):
-        batch = Batch.from_data_list([patch_to_data(patch, noisy) for patch in group])
-        filtered = net(batch.normal, batch.edge_index, batch.batch)
-        weight = torch.cat([_closeness(patch.distance) for patch in group])
-        total.index_add_(0, batch.face_id, filtered.float() * weight[:, None])
-        coverage.index_add_(0, batch.face_id, torch.ones_like(batch.face_id))
-        if progress is not None:
-            progress(int((coverage >= min_coverage).sum()), num_faces)
-    return torch.nn.functional.normalize(total, dim=-1), coverage
+    anchor = min(_ANCHOR / noise_level**2, _STRONGEST_ANCHOR) if noise_level > 0 else _STRONGEST_ANCHOR
+    pos = welded.pos
+    for turn in range(repeat):
+        filtered = filter_normals(
+            net,
+            pos,
+            welded.face,
+            patch_size=patch_size,
+            min_coverage=min_coverage,
+            batch_size=batch_size,
+            seed=seed + turn,
+            device=device,
+            precision=precision,
+            progress=progress and _later(progress, turn * num_faces, repeat * num_faces),
+        )
+        started = time.perf_counter()
+        normal = filtered.normal.double()
+        limit = max_move / strength if strength > 0 else 0.0
+        pos = update_vertices(
+            welded.pos, welded.face, normal, num_iterations, anchor=anchor, max_move=limit, fixed=fixed
+        )
+        seconds["update"] += time.perf_counter() - started
+        for stage, spent in filtered.seconds.items():
+            seconds[stage] += spent
+    final = torch.where((pos != welded.pos).any(dim=1, keepdim=True), welded.pos.lerp(pos, strength), welded.pos)
+    denoised = mesh.copy()
+    denoised.vertices = final[welded.vertex_id].numpy()
+    flipped = [int(flipped_faces(where, welded.face, normal).sum()) for where in (welded.pos, final)]
+    return DenoiseResult(
+        denoised,
+        filtered.normal,
+        filtered.coverage,
+        filtered.confidence,
+        noise_level,
+        flipped[0],
+        flipped[1],
+        seconds,
+        _warnings(noise_level, flipped[1]),
+    )
 
 
-def _closeness(distance: Tensor) -> Tensor:
-    """Weight of each face of a patch (N,): 1 at the seed, nearly 0 at the rim."""
-    return 1.001 - distance / distance.max().clamp(min=torch.finfo(distance.dtype).tiny)
+def _check(strength: float, repeat: int, mask: Tensor | None, num_vertices: int) -> None:
+    if not 0 <= strength <= 1:
+        raise ValueError(f"Expected 'strength' from 0 to 1 (got {strength})")
+    if repeat < 1:
+        raise ValueError(f"Expected 'repeat' of at least 1 (got {repeat})")
+    if mask is not None and (mask.shape != (num_vertices,) or mask.dtype != torch.bool):
+        raise ValueError(f"Expected 'mask' of shape [{num_vertices}] and bool (got {list(mask.shape)} {mask.dtype})")
 
 
-def _in_groups(patches: Iterator[Patch], size: int) -> Iterator[list[Patch]]:
-    group: list[Patch] = []
-    for patch in patches:
-        group.append(patch)
-        if len(group) == size:
-            yield group
-            group = []
-    if group:
-        yield group
+def _fixed_vertices(
+    vertex_id: Tensor, face: Tensor, num_vertices: int, mask: Tensor | None, preserve_boundary: bool
+) -> Tensor:
+    """Distinct vertices that stay, (U,): on a boundary, or none of whose copies is in the mask."""
+    fixed = torch.zeros(num_vertices, dtype=torch.bool)
+    if mask is not None:
+        fixed[:] = True
+        fixed[vertex_id[mask]] = False
+    return fixed | boundary_vertices(face, num_vertices) if preserve_boundary else fixed
+
+
+def _warnings(noise_level: float, num_flipped: int) -> list[str]:
+    found = []
+    lowest, highest = NOISE_RANGE
+    if noise_level < lowest:
+        found.append(
+            f"The noise level of about {noise_level:.3f} mean edge lengths is below {lowest}, the least that the "
+            "weights were trained on: fine detail may be smoothed away; a lower strength keeps it."
+        )
+    if noise_level > highest:
+        found.append(
+            f"The noise level of about {noise_level:.2f} mean edge lengths is above {highest}, the most that the "
+            "weights were trained on: repeat the filter, or train on such noise."
+        )
+    if num_flipped:
+        found.append(f"{num_flipped} faces lie the wrong way round, as folds of the input that could not be unfolded.")
+    return found
+
+
+def _later(progress: Progress, done_before: int, total: int) -> Progress:
+    return lambda done, _: progress(done_before + done, total)

@@ -17,12 +17,13 @@ ALLOWED = {
     "baselines": {"errors", "mesh"},
     "module": {"errors", "nn", "losses", "metrics"},
     "pretrained": {"errors", "nn"},
-    "denoise": {"errors", "mesh", "data", "nn", "pretrained"},
+    "filtering": {"errors", "mesh", "data", "nn"},
+    "denoise": {"errors", "mesh", "data", "nn", "pretrained", "filtering"},
     "report": {"errors", "mesh", "raster"},
     "benchmark": {"errors", "mesh", "denoise", "baselines", "metrics", "report", "pretrained"},
     "datamodules": {"errors", "mesh", "data"},
 }
-NO_LIGHTNING = {"nn", "mesh", "data", "denoise"}
+NO_LIGHTNING = {"nn", "mesh", "data", "filtering", "denoise"}
 FILES = sorted([*(ROOT / "dnf_pyg").rglob("*.py"), *(ROOT / "datamodules").rglob("*.py")])
 
 

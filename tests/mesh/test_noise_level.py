@@ -16,13 +16,13 @@ def fine_cube(cube_mesh):
     return as_tensors(trimesh.Trimesh(pos.numpy(), face.t().numpy(), process=False).subdivide())
 
 
-@pytest.mark.parametrize("level", [0.05, 0.1, 0.2, 0.3])
+@pytest.mark.parametrize("level", [0.05, 0.1, 0.2, 0.3, 0.5])
 @pytest.mark.parametrize("shape", ["sphere", "cube"])
 def test_finds_the_noise_that_was_added(shape, level, fine_cube):
     pos, face = fine_cube if shape == "cube" else as_tensors(trimesh.creation.icosphere(subdivisions=4))
     draw = torch.randn(len(pos), 1, generator=torch.Generator().manual_seed(0), dtype=pos.dtype)
     noisy = pos + level * mean_edge_length(pos, face) * draw * vertex_normals(pos, face)
-    assert estimate_noise_level(noisy, face) == pytest.approx(level, rel=0.15)
+    assert estimate_noise_level(noisy, face) == pytest.approx(level, rel=0.15, abs=0.02)
 
 
 def test_clean_meshes_have_little(fine_cube):
