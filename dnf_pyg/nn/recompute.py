@@ -205,14 +205,18 @@ def _last_backward(
         first = torch.arange(0, block.num_edges, block.degree, device=a.device).unsqueeze(1)
         largest = position[block.rows] + first  # (rows, C) edge of the block
         d_largest = d_out[block.rows].to(weight.dtype)
-        spread = edges.scratch("spread", block.num_edges, weight.size(0)).zero_().scatter_(0, largest, d_largest)
-        grad.addmm_(spread, weight)
-        bags = torch.arange(0, largest.numel(), largest.size(0), device=a.device)
-        d_weight += F.embedding_bag(
-            largest.t().flatten(), a, bags, mode="sum", per_sample_weights=d_largest.t().flatten()
-        )
+        channel = largest.sort(dim=1).indices  # channels of a row in the order of their edges
+        ends = torch.bincount(largest.flatten(), minlength=block.num_edges).cumsum(0)
+        grad += _weighted_sums(channel.flatten(), weight, F.pad(ends, (1, 0)), d_largest.gather(1, channel).flatten())
+        ptr = torch.arange(0, largest.numel() + 1, largest.size(0), device=a.device)
+        d_weight += _weighted_sums(largest.t().flatten(), a, ptr, d_largest.t().flatten())
         sink.put(level, block, grad, a)
     return d_weight.to(weight.dtype)
+
+
+def _weighted_sums(index: Tensor, table: Tensor, ptr: Tensor, factor: Tensor) -> Tensor:
+    """Sum rows of a table, each with its factor, between consecutive pointers."""
+    return F.embedding_bag(index, table, ptr, mode="sum", per_sample_weights=factor, include_last_offset=True)
 
 
 def _inner_backward(edges: _Edges, sink: _Sink, level: int, weight: Tensor) -> tuple[Tensor, ...]:

@@ -210,7 +210,7 @@ def test_explain(cls):
 @pytest.mark.parametrize("cls", CONVS)
 def test_compile(cls, make):
     conv = make.scramble(cls(5, 8, k=3)).eval()
-    compiled = torch.compile(conv, dynamic=True, fullgraph=True)
+    compiled = torch.compile(conv, dynamic=True, fullgraph=True, backend="eager")
     for num_nodes in (6, 9):
         x, edge_index = torch.randn(num_nodes, 5), make.random_edges([4] * num_nodes, num_nodes)
         with torch.no_grad():

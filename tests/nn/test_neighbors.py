@@ -55,3 +55,12 @@ def test_nearest_far_from_the_origin(loops):
     x = (torch.rand(40, 3) + 1e3).float()
     batch = torch.zeros(40, dtype=torch.long)
     assert feature_neighbors(x, 5).tolist() == loops.nearest_in_features(x.double(), 5, batch).tolist()
+
+
+def test_nearest_of_a_whole_patch():
+    """Patches of the usual size sort a part of their columns only."""
+    x = torch.randn(800, 8)
+    distance = torch.cdist(x, x)
+    expected = distance.topk(20, largest=False).values
+    out = feature_neighbors(x, 20)[0].view(800, 20)
+    torch.testing.assert_close(distance.gather(1, out), expected, rtol=0, atol=1e-7)
