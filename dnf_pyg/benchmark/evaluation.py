@@ -90,7 +90,7 @@ def run_benchmark(
                     if deliver is not None:
                         deliver(case.noisy, method, result)
                 rows.append(row)
-            except (DNFError, RuntimeError, ArithmeticError, ValueError, LookupError, MemoryError) as error:
+            except (DNFError, OSError, RuntimeError, ArithmeticError, ValueError, LookupError, MemoryError) as error:
                 reason = " ".join(str(error).split()) or type(error).__name__
                 failures.append(Failure(name, method.name, reason))
     return rows, failures

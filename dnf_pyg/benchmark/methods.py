@@ -2,6 +2,7 @@
 
 import hashlib
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple, Protocol
@@ -11,10 +12,9 @@ import trimesh
 from torch import Tensor
 
 from dnf_pyg.baselines import Baseline
-from dnf_pyg.denoise import denoise
+from dnf_pyg.denoise import DenoiseResult
 from dnf_pyg.errors import MeshError, MeshFileError
 from dnf_pyg.mesh.io import SUFFIXES, read_mesh
-from dnf_pyg.nn import DNFNet
 
 __all__ = ["ClassicalMethod", "Method", "NetworkMethod", "OutputFolder", "Result"]
 
@@ -56,27 +56,23 @@ class NetworkMethod:
 
     Attributes:
         name: Title of the column.
-        net: The network.
-        fingerprint: What tells these weights from all others.
-        num_iterations: Iterations of the vertex update.
-        seed: Seed of the choice of patches.
+        denoiser: The function with weights and settings filled in.
+        settings: Text that tells these weights and settings from all others.
     """
 
     name: str
-    net: DNFNet
-    fingerprint: str
-    num_iterations: int = 20
-    seed: int = 0
+    denoiser: Callable[[trimesh.Trimesh], DenoiseResult]
+    settings: str
 
     def parameters(self, noisy: str) -> str:
-        """Weights, vertex iterations and seed."""
-        return f"DNFNet(weights={self.fingerprint}, num_vertex_iterations={self.num_iterations}, seed={self.seed})"
+        """Weights and settings."""
+        return self.settings
 
     def __call__(self, noisy: str, pos: Tensor, face: Tensor) -> Result:
         """Denoise one mesh."""
         mesh = trimesh.Trimesh(pos.numpy(), face.t().numpy(), process=False)
         start = time.perf_counter()
-        result = denoise(mesh, self.net, num_iterations=self.num_iterations, seed=self.seed)
+        result = self.denoiser(mesh)
         seconds = time.perf_counter() - start
         return Result(torch.tensor(result.mesh.vertices, dtype=torch.float64), result.normal, seconds)
 

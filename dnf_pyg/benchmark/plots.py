@@ -41,7 +41,8 @@ def draw_plots(folder: Path, rows: Sequence[Row]) -> list[Path]:
         axes = figure.subplots()
         draw(axes, rows, style)
         axes.grid(alpha=0.3)
-        figure.legend(loc="outside right upper", fontsize=8)
+        if rows:
+            figure.legend(loc="outside right upper", fontsize=8)
         figure.savefig(folder / name)
     return [folder / name for name in plots]
 
@@ -55,10 +56,11 @@ def _draw_meshes(axes: Axes, rows: Sequence[Row], style: dict[str, dict[str, Any
     """Theta of every method on every mesh, mean of the noise levels, a line of markers per mesh."""
     meshes = list(dict.fromkeys(row.mesh for row in rows))[::-1]
     thetas = mesh_thetas(rows)
-    for method, marks in reversed(style.items()):  # the first method on top
+    for method, marks in style.items():
         known = [(thetas[method][mesh], place) for place, mesh in enumerate(meshes) if mesh in thetas[method]]
-        size = 8 if method == next(iter(style)) else 5
-        axes.plot(*zip(*known, strict=True) if known else ([], []), **{**marks, "linewidth": 0}, ms=size, label=method)
+        first = method == next(iter(style))
+        marks = {**marks, "linewidth": 0, "markersize": 8 if first else 5, "zorder": 4 if first else 3}
+        axes.plot([theta for theta, _ in known], [place for _, place in known], **marks, label=method)
     axes.set_yticks(range(len(meshes)), meshes)
     axes.set_xscale("log")
     axes.xaxis.set_major_formatter("{x:g}")

@@ -50,6 +50,9 @@ class RowLog:
 
     Args:
         path: File to add to; it need not exist. A last line that was cut off counts as not finished.
+
+    Raises:
+        DataError: If the file holds something else.
     """
 
     def __init__(self, path: Path) -> None:
@@ -58,7 +61,10 @@ class RowLog:
         whole, _, rest = text.rpartition("\n")
         if rest:
             write_bytes(path, f"{whole}\n".encode() if whole else b"")
-        self.rows = [Row(**json.loads(line)) for line in whole.splitlines()]
+        try:
+            self.rows = [Row(**json.loads(line)) for line in whole.splitlines()]
+        except (ValueError, TypeError) as error:
+            raise DataError(f"Expected finished rows in '{path}' (got {error}): delete it to start afresh") from error
 
     def find(self, mesh: str, noise: str, method: str, parameters: str, data: str) -> Row | None:
         """The newest row of a method with these parameters on these very files."""

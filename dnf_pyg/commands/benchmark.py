@@ -7,6 +7,7 @@ import argparse
 import fnmatch
 import sys
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
 import torch
@@ -34,6 +35,7 @@ from dnf_pyg.benchmark import (
     write_csv,
     write_json,
 )
+from dnf_pyg.denoise import denoise
 from dnf_pyg.errors import DataError
 from dnf_pyg.mesh.atomic import write_bytes
 from dnf_pyg.mesh.io import MeshFile, read_mesh, write_mesh
@@ -153,10 +155,10 @@ def _methods(options: argparse.Namespace) -> list[Method]:
         title, given, weights = word.rpartition("=")
         net = load_network(weights)
         title = title if given else Path(weights).stem
-        methods.append(NetworkMethod(title, net, fingerprint(net), options.iterations, options.seed))
-    for name in options.baselines:
-        baseline = BASELINES[name]()
-        methods.append(ClassicalMethod(name, baseline))
+        settings = f"weights={fingerprint(net)}, num_vertex_iterations={options.iterations}, seed={options.seed}"
+        denoiser = partial(denoise, weights=net, num_iterations=options.iterations, seed=options.seed)
+        methods.append(NetworkMethod(title, denoiser, f"DNFNet({settings})"))
+    methods += [ClassicalMethod(name, BASELINES[name]()) for name in options.baselines]
     for word in options.outputs:
         title, _, folder = word.partition("=")
         if not Path(folder).is_dir() or not folder:
