@@ -16,7 +16,7 @@ from dnf_pyg.errors import MeshError, MeshFileError
 from dnf_pyg.mesh.atomic import write_bytes
 from dnf_pyg.mesh.formats import DOCUMENTS, Document, GlbDocument
 
-__all__ = ["SUFFIXES", "MeshFile", "read_mesh", "write_mesh"]
+__all__ = ["SUFFIXES", "MeshFile", "check_suffix", "read_mesh", "write_mesh"]
 
 SUFFIXES = tuple(DOCUMENTS)
 _DAMAGE = (
@@ -72,7 +72,7 @@ def read_mesh(path: str | Path) -> MeshFile:
         dnf_pyg.errors.MeshFileError: Expected a mesh file (got 'absent.obj', which does not exist): check the path
     """
     path = Path(path)
-    suffix = _check_suffix(path)
+    suffix = check_suffix(path)
     data = _read_bytes(path)
     if not data:
         raise MeshFileError(f"Expected a {suffix} mesh (got '{path}', which has 0 bytes): export it again")
@@ -115,7 +115,7 @@ def write_mesh(mesh: MeshFile | trimesh.Trimesh, pos: Tensor, path: str | Path) 
         dnf_pyg.errors.MeshFileError: Expected a mesh file ending in ... (got 'box.docx'): convert it first
     """
     path = Path(path)
-    suffix = _check_suffix(path)
+    suffix = check_suffix(path)
     num_vertices = len(mesh.pos) if isinstance(mesh, MeshFile) else len(mesh.vertices)
     if len(pos) != num_vertices:
         raise ValueError(f"Expected 'pos' with {num_vertices} vertices (got {len(pos)})")
@@ -132,7 +132,16 @@ def write_mesh(mesh: MeshFile | trimesh.Trimesh, pos: Tensor, path: str | Path) 
         write_bytes(target, data)
 
 
-def _check_suffix(path: Path) -> str:
+def check_suffix(path: Path) -> str:
+    """Lower-case ending of a mesh file.
+
+    Raises:
+        MeshFileError: If it is of no known format.
+
+    Examples:
+        >>> check_suffix(Path("a.OBJ"))
+        '.obj'
+    """
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES:
         raise MeshFileError(f"Expected a mesh file ending in {', '.join(SUFFIXES)} (got '{path}'): convert it first")

@@ -39,13 +39,28 @@ class PlyDocument(Document):
         self.pos = self.body.columns(vertex, _POSITION)
         has_normal = all(vertex.column(name) is not None for name in _NORMAL)
         self.normal = self.body.columns(vertex, _NORMAL) if has_normal else None
-        self.vertex = vertex
+        self.header, self.vertex = header, vertex
         face = header.element("face")
         column = None if face is None else face.column(*_CORNERS)
         self.face = np.empty((0, 3), dtype=np.int64)
         if face is not None and column is not None and face.properties[column].length_type is not None:
             count, corner = self.body.lists(face, column)
             self.face = corner[fan(count)]
+
+    def property(self, name: str) -> Floats:
+        """Single values of a property of the vertices or else the faces, (V,) or (F,).
+
+        Raises:
+            KeyError: If there is none of this name.
+            ValueError: If it has a value per polygon, not all of which are triangles.
+        """
+        for element in (self.vertex, self.header.element("face")):
+            column = None if element is None else element.column(name)
+            if element is not None and column is not None and element.properties[column].length_type is None:
+                if element is not self.vertex and element.num_rows != len(self.face):
+                    raise ValueError(f"'{name}' belongs to polygons, of which not all are triangles")
+                return self.body.columns(element, (name,))[:, 0]
+        raise KeyError(name)
 
     def _rewritten(self, pos: Floats) -> bytes:
         changes: list[tuple[tuple[str, ...], Ints, Floats]] = [(_POSITION, self.moved(pos), pos)]

@@ -1,0 +1,93 @@
+"""What is told about a denoised mesh: as numbers, as text, as rows of the page."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from dnf_pyg.commands.compare import measure
+from dnf_pyg.denoise import DenoiseResult
+from dnf_pyg.mesh.geometry import face_normals, mean_edge_length
+from dnf_pyg.mesh.io import MeshFile
+from dnf_pyg.metrics import MeanAngularDifference
+
+__all__ = ["Outcome", "outcome_figures", "outcome_text"]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """A denoised mesh and what is told about it.
+
+    Attributes:
+        mesh: The input.
+        result: What became of it.
+        output: File that it was written to.
+        seconds: Time from file to file.
+        reference: The clean mesh, if there is one.
+    """
+
+    mesh: MeshFile
+    result: DenoiseResult
+    output: Path
+    seconds: float
+    reference: MeshFile | None
+
+    def values(self) -> dict[str, Any]:
+        """Figures as plain numbers."""
+        mesh, result = self.mesh, self.result
+        moved = (result.pos - mesh.pos).norm(dim=1) / mean_edge_length(mesh.pos, mesh.face)
+        values: dict[str, Any] = {
+            "input": str(mesh.path),
+            "output": str(self.output),
+            "num_vertices": len(mesh.pos),
+            "num_faces": mesh.face.size(1),
+            "noise_level": result.noise_level,
+            "mean_move": float(moved.mean()),
+            "largest_move": float(moved.max()),
+            "flipped_before": result.flipped_before,
+            "flipped_after": result.flipped_after,
+            "mean_coverage": float(result.coverage.double().mean()),
+            "mean_confidence": float(result.confidence.double().mean()),
+            "seconds": {**result.seconds, "total": self.seconds},
+            "warnings": result.warnings,
+        }
+        if self.reference is not None:
+            metric = MeanAngularDifference()
+            metric.update(result.normal, face_normals(self.reference.pos, self.reference.face))
+            values["before"] = measure(mesh.pos, mesh.face, self.reference)
+            values["after"] = measure(result.pos, mesh.face, self.reference)
+            values["theta_of_normals"] = float(metric.compute())
+        return values
+
+
+def outcome_text(values: dict[str, Any]) -> str:
+    """Lines for the terminal, from :meth:`Outcome.values`."""
+    lines = [
+        f"{values['output']}: {values['num_faces']} faces in {values['seconds']['total']:.1f} s; in mean edge lengths, "
+        f"noise level about {values['noise_level']:.2f}, vertices moved by {values['mean_move']:.2f} on average"
+    ]
+    if "before" in values:
+        lines += [
+            f"theta of the noisy mesh        {values['before']['theta']:7.3f} degrees",
+            f"theta of the filtered normals  {values['theta_of_normals']:7.3f} degrees",
+            f"theta of the denoised mesh     {values['after']['theta']:7.3f} degrees",
+        ]
+    return "\n".join(lines) + "\n"
+
+
+def outcome_figures(values: dict[str, Any]) -> dict[str, tuple[str, ...]]:
+    """Rows for the page, from :meth:`Outcome.values`."""
+    rows: dict[str, tuple[str, ...]] = {}
+    if "before" in values:
+        before, after = values["before"], values["after"]
+        rows["Mean angle to the clean facet normals θ"] = (f"{before['theta']:.2f}°", f"{after['theta']:.2f}°")
+        rows["Vertex error E_v (mean edge lengths)"] = tuple(f"{side['vertex_error']:.3f}" for side in (before, after))
+        for angle in (5, 10):
+            rows[f"Faces within {angle}°"] = tuple(f"{side[f'within_{angle}_degrees']:.1%}" for side in (before, after))
+    rows["Faces folded over"] = (str(values["flipped_before"]), str(values["flipped_after"]))
+    rows["Noise level (estimate, mean edge lengths)"] = (f"{values['noise_level']:.3f}",)
+    rows["Displacement, mean (mean edge lengths)"] = (f"{values['mean_move']:.3f}",)
+    rows["Displacement, largest"] = (f"{values['largest_move']:.3f}",)
+    rows["Patches per face"] = (f"{values['mean_coverage']:.2f}",)
+    rows["Agreement of overlapping patches"] = (f"{values['mean_confidence']:.1%}",)
+    rows["Time"] = (f"{values['seconds']['total']:.1f} s",)
+    return rows

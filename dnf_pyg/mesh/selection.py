@@ -1,0 +1,72 @@
+"""Selections of vertices or faces, read from a file or an attribute of the mesh."""
+
+from pathlib import Path
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from dnf_pyg.errors import MeshFileError
+from dnf_pyg.mesh.formats import PlyDocument
+from dnf_pyg.mesh.io import MeshFile
+
+__all__ = ["read_selection"]
+
+
+def read_selection(source: str | Path, mesh: MeshFile) -> Tensor:
+    r"""Read which vertices are selected.
+
+    Args:
+        source: A text file (numbers apart by blanks or lines) or ``.npy`` file with one number per vertex or per
+            triangle, selected where it is not 0; or the name of a vertex or face property of a ply mesh. If there are
+            as many triangles as vertices, the numbers are those of vertices.
+        mesh: The mesh.
+
+    Returns:
+        Selected vertices, (V,) bool; those of selected faces.
+
+    Raises:
+        MeshFileError: If there is no such file or property, or it has another number of values.
+
+    Examples:
+        >>> from dnf_pyg.mesh.formats import ObjDocument
+        >>> document = ObjDocument(b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", Path())
+        >>> mesh = MeshFile(Path("a.obj"), document, torch.from_numpy(document.pos), torch.tensor([[0], [1], [2]]))
+        >>> read_selection("absent.txt", mesh)
+        Traceback (most recent call last):
+        dnf_pyg.errors.MeshFileError: Expected a mask (got 'absent.txt', which is no file and no property ...
+    """
+    selected = _values(source, mesh) != 0
+    num_vertices, num_faces = len(mesh.pos), mesh.face.size(1)
+    if len(selected) == num_vertices:
+        return torch.from_numpy(selected)
+    if len(selected) != num_faces:
+        raise MeshFileError(
+            f"Expected a mask with one number per vertex ({num_vertices}) or triangle ({num_faces}) "
+            f"(got {len(selected)} in '{source}'): make it for this mesh"
+        )
+    chosen = torch.zeros(num_vertices, dtype=torch.bool)
+    chosen[mesh.face[:, torch.from_numpy(selected)]] = True
+    return chosen
+
+
+def _values(source: str | Path, mesh: MeshFile) -> NDArray[np.float64]:
+    path = Path(source)
+    try:
+        if path.is_file():
+            if path.suffix.lower() == ".npy":
+                return np.load(path, allow_pickle=False).astype(np.float64).ravel()
+            return np.array(path.read_text(encoding="utf-8").split(), dtype=np.float64)
+        if isinstance(mesh.document, PlyDocument):
+            return mesh.document.property(str(source))
+    except KeyError:
+        pass
+    except (OSError, ValueError) as error:
+        raise MeshFileError(
+            f"Expected a mask of numbers (got '{source}': {error}): write one number per line"
+        ) from error
+    raise MeshFileError(
+        f"Expected a mask (got '{source}', which is no file and no property of the mesh): give one number per vertex "
+        "or triangle in a .txt or .npy file, or the name of a property of a ply mesh"
+    )

@@ -1,0 +1,42 @@
+import numpy as np
+import pytest
+import torch
+import trimesh
+
+from dnf_pyg.errors import MeshFileError
+from dnf_pyg.mesh.io import read_mesh
+from dnf_pyg.mesh.selection import read_selection
+
+
+@pytest.fixture
+def box(tmp_path):
+    made = trimesh.creation.box()
+    made.vertex_attributes["keep"] = np.arange(8, dtype=np.float32) % 2
+    made.face_attributes["part"] = (np.arange(12) == 3).astype(np.float32)
+    made.export(tmp_path / "box.ply")
+    return read_mesh(tmp_path / "box.ply")
+
+
+def test_values_per_vertex_and_per_face(box, tmp_path):
+    (tmp_path / "vertex.txt").write_text("0 1 0 1\n0 1\n0 1\n")
+    np.save(tmp_path / "face.npy", np.arange(12) == 3)
+    assert read_selection(tmp_path / "vertex.txt", box).tolist() == [False, True] * 4
+    expected = torch.zeros(8, dtype=torch.bool)
+    expected[box.face[:, 3]] = True
+    assert torch.equal(read_selection(tmp_path / "face.npy", box), expected)
+    assert torch.equal(read_selection("part", box), expected)
+    assert read_selection("keep", box).tolist() == [False, True] * 4
+
+
+def test_says_what_is_wrong(box, tmp_path):
+    (tmp_path / "short.txt").write_text("1 0 1")
+    (tmp_path / "words.txt").write_text("all of it")
+    np.save(tmp_path / "pickle.npy", np.array([{}], dtype=object))
+    for source, text in (
+        (tmp_path / "short.txt", r"one number per vertex \(8\) or triangle \(12\) \(got 3"),
+        (tmp_path / "words.txt", "could not convert"),
+        (tmp_path / "pickle.npy", "allow_pickle"),
+        ("absent", "no file and no property"),
+    ):
+        with pytest.raises(MeshFileError, match=text):
+            read_selection(source, box)
