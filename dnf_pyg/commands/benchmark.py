@@ -158,7 +158,7 @@ def _methods(options: argparse.Namespace) -> list[Method]:
         settings = f"weights={fingerprint(net)}, num_vertex_iterations={options.iterations}, seed={options.seed}"
         denoiser = partial(denoise, weights=net, num_iterations=options.iterations, seed=options.seed)
         methods.append(NetworkMethod(title, denoiser, f"DNFNet({settings})"))
-    methods += [ClassicalMethod(name, BASELINES[name]()) for name in options.baselines]
+    methods += [ClassicalMethod(name, BASELINES[name](options.iterations)) for name in options.baselines]
     for word in options.outputs:
         title, _, folder = word.partition("=")
         if not Path(folder).is_dir() or not folder:
