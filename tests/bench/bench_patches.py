@@ -1,4 +1,8 @@
-"""Cost of patch preparation; arguments choose parts: ``bench_patches.py mesh cover growths dataset scale``."""
+"""Cost of patch preparation; arguments choose parts: ``bench_patches.py mesh cover growths dataset scale``.
+
+All seconds are processor seconds of one thread, which other work on the machine does not change much; the data sets
+are prepared on two threads, so their wall time is about half.
+"""
 
 import resource
 import statistics
@@ -21,13 +25,13 @@ CNR = Path(__file__).resolve().parents[3] / "shared" / "data" / "cnr" / "Synthet
 
 
 def median(function, repeats=5):
-    """Median seconds of a call, after one that is not counted."""
+    """Median processor seconds of a call, after one that is not counted."""
     function()
     times = []
     for _ in range(repeats):
-        start = time.perf_counter()
+        start = time.process_time()
         function()
-        times.append(time.perf_counter() - start)
+        times.append(time.process_time() - start)
     return statistics.median(times)
 
 
@@ -51,9 +55,9 @@ def bench_mesh():
         print(f"  K={k:<3} of the whole mesh         {median(lambda k=k: nearest_faces(graph, k), 3):8.2f} s")
     seeds = iter(torch.randint(graph.num_faces, (10000,), generator=torch.Generator().manual_seed(0)).tolist())
     for growth in (DijkstraGrowth(), HeatGrowth()):
-        start = time.perf_counter()
+        start = time.process_time()
         bound = growth.bind(pos, face, graph)
-        print(f"  {growth!r:<18} bind         {time.perf_counter() - start:8.2f} s")
+        print(f"  {growth!r:<18} bind         {time.process_time() - start:8.2f} s")
         print(f"  {growth!r:<18} grow 800     {1e3 * median(lambda b=bound: b.grow(next(seeds), 800), 41):8.2f} ms")
     normal = filled_face_normals(pos, face)
     for k in (50, 150):
@@ -69,9 +73,9 @@ def bench_cover():
     for name in ("block", "bunny_hi", "chinese_lion"):
         extractor = PatchExtractor(*noisy(name))
         for m in (1, 2):
-            start = time.perf_counter()
+            start = time.process_time()
             count = sum(1 for _ in cover(extractor, m, torch.Generator().manual_seed(0)))
-            seconds = time.perf_counter() - start
+            seconds = time.process_time() - start
             covered = np.zeros(extractor.num_faces, int)
             naive = 0
             order = np.random.default_rng(0).permutation(extractor.num_faces)
@@ -112,19 +116,19 @@ def bench_dataset():
         ("fixed pairs, K=150, 200 patches, 6 meshes", PatchDataset, fixed[::20], {"k": 150, "num_patches": 200}),
     ):
         with tempfile.TemporaryDirectory() as root:
-            start = time.perf_counter()
+            start = time.process_time()
             dataset = kind(pairs, root, **options)
-            seconds = time.perf_counter() - start
+            seconds = time.process_time() - start
             size = sum(file.stat().st_size for file in Path(root).rglob("*.npy"))
             torch.manual_seed(0)
             order = torch.randperm(len(dataset))[:300].tolist()
             times = []
             for i in order:
-                begin = time.perf_counter()
+                begin = time.process_time()
                 dataset[i]
-                times.append(time.perf_counter() - begin)
+                times.append(time.process_time() - begin)
             print(
-                f"{label}: {len(pairs)} meshes, {len(dataset)} patches, prepared in {seconds:.0f} s on 2 threads, "
+                f"{label}: {len(pairs)} meshes, {len(dataset)} patches, prepared in {seconds:.0f} s, "
                 f"{size / 1e9:.3f} GB, {size / len(dataset) / 1e3:.0f} kB a patch, "
                 f"{1e3 * statistics.median(times):.1f} ms to serve one, {resident():.2f} GB resident"
             )
@@ -150,16 +154,16 @@ def one_scale(count):
         path = Path(root) / "mesh.ply"
         trimesh.Trimesh(pos, np.concatenate([lower, upper]), process=False).export(path)
         list(cover(PatchExtractor(*noisy("cube")), 2))  # compiled code is loaded
-        start = time.perf_counter()
+        start = time.process_time()
         mesh = read_mesh(path)
-        read = time.perf_counter()
+        read = time.process_time()
         extractor = PatchExtractor(mesh.pos, mesh.face)
-        graph = time.perf_counter()
+        graph = time.process_time()
         normal = filled_face_normals(mesh.pos, mesh.face)
         patches = 0
         for patch in cover(extractor, 2, torch.Generator().manual_seed(0)):
             patches += patch_to_data(patch, normal).num_nodes > 0
-        end = time.perf_counter()
+        end = time.process_time()
         per_face = 1e6 * (end - start) / extractor.num_faces
         print(
             f"{extractor.num_faces:>8,}  {read - start:>7.2f}  {graph - read:>7.2f}  {patches:>7}  "
