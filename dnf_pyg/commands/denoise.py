@@ -107,7 +107,8 @@ def _run_one(path: Path, output: Path, net: DNFNet, options: argparse.Namespace)
     reference = None if options.reference is None else read_reference(options.reference, mesh)
     mask = None if options.mask is None else read_selection(options.mask, mesh)
     columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+    console = Console(stderr=True)
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
         task = bar.add_task(f"filtering {path.name}", total=None)
         result = denoise(
             mesh.mesh,

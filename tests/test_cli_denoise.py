@@ -1,0 +1,162 @@
+"""The command ``dnf-pyg denoise`` from file to file."""
+
+import json
+import os
+import re
+import resource
+import signal
+
+import numpy as np
+import pytest
+import torch
+import trimesh
+
+from dnf_pyg.cli import main
+from dnf_pyg.mesh.io import read_mesh, write_mesh
+from dnf_pyg.nn import DNFNet
+
+
+@pytest.fixture(scope="module")
+def weights(tmp_path_factory):
+    torch.manual_seed(0)
+    folder = tmp_path_factory.mktemp("weights")
+    net = DNFNet(k=(4, 6, 8), channels=(8, 8, 8), embedding_channels=8, residual_k=4)
+    net.save_pretrained(folder)
+    return folder
+
+
+@pytest.fixture
+def noisy_file(tmp_path, cube_mesh):
+    pos, face = cube_mesh
+    pos = pos + 0.03 * torch.randn(pos.shape, generator=torch.Generator().manual_seed(0), dtype=pos.dtype)
+    path = tmp_path / "noisy.ply"
+    write_mesh(trimesh.Trimesh(pos.numpy(), face.t().numpy(), process=False), pos, path)
+    return path
+
+
+@pytest.fixture
+def call(weights, capsys):
+    def called(*words):
+        status = main(["denoise", *map(str, words), "--weights", str(weights), "--patch-size", "200"])
+        told = capsys.readouterr()
+        return status, told.out, told.err
+
+    return called
+
+
+def test_json_picture_and_report(call, noisy_file, tmp_path):
+    outputs = [tmp_path / name for name in ("out.ply", "out.png", "out.html")]
+    words = ("--picture", outputs[1], "--report", outputs[2], "--reference", noisy_file, "--json")
+    status, out, _ = call(noisy_file, "-o", outputs[0], *words)
+    values = json.loads(out)
+    assert status == 0
+    assert values["num_faces"] == 768
+    assert values["before"]["theta"] == pytest.approx(0, abs=1e-6)
+    assert values["after"]["theta"] > 1
+    assert values["flipped_after"] <= values["flipped_before"]
+    assert "noisy.ply, denoised" in outputs[2].read_text()
+    assert outputs[1].read_bytes().startswith(b"\x89PNG")
+
+    status, out, err = call(noisy_file, "-o", outputs[0])
+    assert (status, out) == (2, "")
+    assert "--overwrite" in err
+    assert call(noisy_file, "-o", outputs[0], "--overwrite")[0] == 0
+
+
+def test_strength_zero_keeps_the_bytes(call, noisy_file, tmp_path):
+    assert call(noisy_file, "-o", tmp_path / "out.ply", "--strength", 0)[0] == 0
+    assert (tmp_path / "out.ply").read_bytes() == noisy_file.read_bytes()
+
+
+def test_mask_from_a_file(call, noisy_file, tmp_path):
+    mesh = read_mesh(noisy_file)
+    np.savetxt(tmp_path / "mask.txt", mesh.pos[:, 0] > 0, fmt="%d")
+    assert call(noisy_file, "-o", tmp_path / "out.ply", "--mask", tmp_path / "mask.txt")[0] == 0
+    stays = (read_mesh(tmp_path / "out.ply").pos == mesh.pos).all(dim=1)
+    assert stays[mesh.pos[:, 0] <= 0].all()
+    assert stays[mesh.pos[:, 0] > 0].double().mean() < 0.2
+
+
+def test_folder_goes_on_after_a_bad_file_and_resumes(call, noisy_file, tmp_path):
+    folder, out = tmp_path / "in", tmp_path / "out"
+    folder.mkdir()
+    out.mkdir()
+    for name in ("a.ply", "c.ply"):
+        (folder / name).write_bytes(noisy_file.read_bytes())
+    (folder / "b.ply").write_bytes(noisy_file.read_bytes()[:-50])
+    (folder / "notes.txt").write_text("no mesh")
+    status, _, err = call(folder, "-o", out)
+    assert status == 2
+    assert "1 of 3 meshes failed" in err
+    assert "b.ply" in err
+    assert sorted(path.name for path in out.iterdir()) == ["a.ply", "c.ply"]
+    before = (out / "a.ply").stat().st_mtime_ns
+    (folder / "b.ply").write_bytes(noisy_file.read_bytes())
+    status, _, err = call(folder, "-o", out)
+    assert status == 0
+    assert err.count("skipped") == 2
+    assert (out / "a.ply").stat().st_mtime_ns == before
+    assert (out / "b.ply").read_bytes() == (out / "a.ply").read_bytes()
+
+
+def bad_inputs():
+    header = b"ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+    return {
+        "empty.obj": (b"", "0 bytes"),
+        "text.ply": (b"this is no mesh\n", "unreadable"),
+        "cloud.ply": (header + b"end_header\n0 0 0\n1 0 0\n0 1 0\n", "point cloud"),
+        "nan.obj": (b"v 0 0 0\nv nan 0 0\nv 0 1 0\nf 1 2 3\n", "finite"),
+        "far.obj": (b"v 0 0 0\nv 1e39 0 0\nv 0 1 0\nf 1 2 3\n", "1e\\+30"),
+        "beyond.obj": (b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n", "vertex 8 of 3"),
+        "cut.stl": (b"solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\n", "unreadable"),
+        "cut.off": (b"OFF\n3 1 0\n0 0 0\n", "unreadable"),
+        "cut.glb": (b"glTF\x02\x00\x00\x00\xff\x00\x00\x00", "unreadable"),
+        "list.gltf": (b"[1, 2]", "unreadable"),
+        "mesh.docx": (b"PK", "ending in"),
+    }
+
+
+@pytest.mark.parametrize("name", bad_inputs())
+def test_bad_input_is_one_line_and_writes_nothing(call, tmp_path, name):
+    content, text = bad_inputs()[name]
+    (tmp_path / name).write_bytes(content)
+    status, out, err = call(tmp_path / name, "-o", tmp_path / "out.ply")
+    assert status == 2
+    assert out == ""
+    assert err.count("\n") == 1
+    assert re.search(text, err), err
+    assert [path.name for path in tmp_path.iterdir()] == [name]
+
+
+@pytest.mark.parametrize(
+    ("words", "text"),
+    [
+        (("-o", "absent/out.ply"), "existing folder"),
+        (("-o", "out.docx"), "ending in"),
+        (("-o", "out.ply", "--mask", "nowhere"), "no file and no property"),
+        (("-o", "out.ply", "--device", "cuda:99"), "device of this machine"),
+        (("-o", "out.ply", "--reference", "absent.ply"), "does not exist"),
+    ],
+)
+def test_bad_settings_are_one_line_and_write_nothing(call, noisy_file, tmp_path, monkeypatch, words, text):
+    monkeypatch.chdir(tmp_path)
+    status, out, err = call(noisy_file, *words)
+    assert (status, out) == (2, "")
+    assert text in err
+    assert err.count("\n") == 1
+    assert [path.name for path in tmp_path.iterdir()] == [noisy_file.name]
+
+
+@pytest.mark.skipif(os.name != "posix", reason="limits file sizes by rlimit")
+def test_full_disk(call, noisy_file, tmp_path):
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    handler = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    try:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (2000, limits[1]))
+        status, _, err = call(noisy_file, "-o", tmp_path / "out.ply")
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+        signal.signal(signal.SIGXFSZ, handler)
+    assert status == 2
+    assert "free some space" in err
+    assert [path.name for path in tmp_path.iterdir()] == [noisy_file.name]
