@@ -8,6 +8,7 @@ import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from dnf_pyg.benchmark.rows import Row
 from dnf_pyg.benchmark.score import complete_methods, mesh_thetas, scores
@@ -49,7 +50,8 @@ def draw_plots(folder: Path, rows: Sequence[Row]) -> list[Path]:
 
 def _style(number: int) -> dict[str, Any]:
     color = mpl.colormaps["tab10"](number % 10)
-    return {"color": color, "marker": _MARKERS[number % len(_MARKERS)], "linewidth": 2.2 if number == 0 else 1.2}
+    marker = _MARKERS[(number + number // 10) % len(_MARKERS)]  # another one where the colours begin again
+    return {"color": color, "marker": marker, "linewidth": 2.2 if number == 0 else 1.2}
 
 
 def _draw_meshes(axes: Axes, rows: Sequence[Row], style: dict[str, dict[str, Any]]) -> None:
@@ -57,6 +59,8 @@ def _draw_meshes(axes: Axes, rows: Sequence[Row], style: dict[str, dict[str, Any
     meshes = list(dict.fromkeys(row.mesh for row in rows))[::-1]
     thetas = mesh_thetas(rows)
     for method, marks in style.items():
+        if not thetas[method]:
+            continue
         known = [(thetas[method][mesh], place) for place, mesh in enumerate(meshes) if mesh in thetas[method]]
         first = method == next(iter(style))
         marks = {**marks, "linewidth": 0, "markersize": 8 if first else 5, "zorder": 4 if first else 3}
@@ -86,5 +90,6 @@ def _draw_scores(axes: Axes, rows: Sequence[Row], style: dict[str, dict[str, Any
     for method in complete:
         falling = sorted(score[method].values(), reverse=True)
         axes.plot(range(1, len(falling) + 1), falling, **style[method], label=method)
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes.set_xlabel("meshes, for each method from its best to its worst")
     axes.set_ylabel("score of Eq. 4 among these methods")
