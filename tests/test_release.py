@@ -12,7 +12,7 @@ SMALL = {"k": (3, 5, 8), "residual_k": 4, "channels": (8, 8, 8), "embedding_chan
 BENCHMARK = {
     "data": "set/test",
     "num_meshes": 2,
-    "parameters": "DNFNet(weights=0123)",
+    "parameters": "denoise(weights=0123)",
     "theta_deg": 1.25,
     "theta_normals_deg": 1.5,
     "vertex_error": 0.05,

@@ -1,6 +1,7 @@
 """Denoise a folder of test meshes with several methods: tables (markdown, CSV, JSON) and plots of what comes out.
 
-A run that was cut off goes on where it stood: launch it again with the same output folder.
+A run that was cut off goes on where it stood: launch it again with the same output folder. Rows are taken again for
+other weights, settings or meshes; after a change of the code, use another folder.
 """
 
 import argparse
@@ -86,6 +87,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--meshes", nargs="*", metavar="PATTERN", help="only these, such as 'block' or '*_n3'")
     parser.add_argument("--limit", type=int, metavar="N", help="only the first N noisy meshes")
     parser.add_argument("--iterations", type=int, default=20, help="iterations of the vertex update (%(default)s)")
+    parser.add_argument(
+        "--repeat", type=int, default=1, help="filterings by a network, each of its own result (%(default)s)"
+    )
     parser.add_argument("--seed", type=int, default=0, help="seed of the choice of patches (%(default)s)")
     parser.add_argument(
         "--keep", nargs="*", default=[], metavar="PATTERN", help="write and draw the denoised meshes of these"
@@ -155,9 +159,10 @@ def _methods(options: argparse.Namespace) -> list[Method]:
         title, given, weights = word.rpartition("=")
         net = load_network(weights)
         title = title if given else Path(weights).stem
-        settings = f"weights={fingerprint(net)}, num_vertex_iterations={options.iterations}, seed={options.seed}"
-        denoiser = partial(denoise, weights=net, num_iterations=options.iterations, seed=options.seed)
-        methods.append(NetworkMethod(title, denoiser, f"DNFNet({settings})"))
+        settings = {"num_iterations": options.iterations, "repeat": options.repeat, "seed": options.seed}
+        text = "".join(f", {key}={value}" for key, value in settings.items())
+        denoiser = partial(denoise, weights=net, **settings)
+        methods.append(NetworkMethod(title, denoiser, f"denoise(weights={fingerprint(net)}{text})"))
     methods += [ClassicalMethod(name, BASELINES[name](options.iterations)) for name in options.baselines]
     for word in options.outputs:
         title, _, folder = word.partition("=")

@@ -19,13 +19,13 @@ def noisy(test_set):
 def test_network_gives_what_denoise_gives(noisy):
     torch.manual_seed(0)
     net = DNFNet(k=(3, 5, 8), residual_k=4, channels=(8, 8, 8), embedding_channels=8).eval()
-    method = NetworkMethod("net", partial(denoise, weights=net, num_iterations=5, seed=3), "DNFNet(weights=0123)")
+    method = NetworkMethod("net", partial(denoise, weights=net, num_iterations=5, seed=3), "denoise(weights=0123)")
     result = method("ball_n2", noisy.pos, noisy.face)
     expected = denoise(noisy.mesh, net, num_iterations=5, seed=3)
     torch.testing.assert_close(result.pos, torch.tensor(expected.mesh.vertices))
     torch.testing.assert_close(result.normal, expected.normal)
     assert result.seconds > 0
-    assert method.parameters("ball_n2") == "DNFNet(weights=0123)"
+    assert method.parameters("ball_n2") == "denoise(weights=0123)"
 
 
 def test_classical_filter(noisy):

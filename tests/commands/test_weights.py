@@ -37,7 +37,7 @@ def packaged(tmp_path, monkeypatch):
 
 def results(path, weights):
     row = {"mesh": "box", "noise": "n1", "method": "m", "theta_deg": 1.25, "vertex_error": 0.1, "seconds": 2.0}
-    row |= {"theta_normals_deg": 1.5, "parameters": f"DNFNet(weights={weights}, num_vertex_iterations=20, seed=0)"}
+    row |= {"theta_normals_deg": 1.5, "parameters": f"denoise(weights={weights}, num_iterations=20, repeat=1, seed=0)"}
     path.write_text(json.dumps({"data": "set/test", "rows": [row]}))
     return path
 
