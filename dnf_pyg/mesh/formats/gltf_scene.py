@@ -15,6 +15,7 @@ _COMPONENTS = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 51
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
 _COMPRESSED = ("KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_mesh_quantization")
 _TRIANGLES, _STRIP, _FAN = 4, 5, 6
+_MOVING = ("POSITION", "NORMAL", "TANGENT")
 
 
 class GltfScene:
@@ -55,7 +56,7 @@ class GltfScene:
                     self.spans[accessor] = slice(num_vertices, num_vertices + len(local))
                     self.companion_of[accessor] = {}
                     num_vertices += len(local)
-                for name in ("NORMAL", "TANGENT"):
+                for name in _MOVING[1:]:
                     if name in primitive["attributes"]:
                         self.companion_of[accessor].setdefault(name, primitive["attributes"][name])
                 face.append(self._triangles(primitive, self.spans[accessor]))
@@ -71,6 +72,9 @@ class GltfScene:
         corner = np.arange(span.stop - span.start)
         if "indices" in primitive:
             corner = self._view(self.buffers, primitive["indices"])[:, 0].astype(np.int64)
+            attributes = [primitive["attributes"][name] for name in _MOVING if name in primitive["attributes"]]
+            if any(self._overlap(primitive["indices"], accessor) for accessor in attributes):
+                raise ValueError("its vertices and faces share bytes")
         if corner.max(initial=-1) >= span.stop - span.start:
             raise ValueError(f"a face names vertex {corner.max()} of {span.stop - span.start}")
         mode = primitive.get("mode", _TRIANGLES)
@@ -121,6 +125,12 @@ class GltfScene:
                 before = self._view(self.buffers, names["NORMAL"])[changed[span]]
                 tangent = self._view(buffers, names["TANGENT"])
                 tangent[changed[span], :3] = _turned(tangent[changed[span], :3], before, local)
+
+    def _overlap(self, first: int, second: int) -> bool:
+        """Whether the stretches of two accessors share bytes."""
+        numbers = (self.tree["accessors"][accessor]["bufferView"] for accessor in (first, second))
+        same_buffer = len({self.tree["bufferViews"][number]["buffer"] for number in numbers}) == 1
+        return same_buffer and np.may_share_memory(self._view(self.buffers, first), self._view(self.buffers, second))
 
     def _view(self, buffers: list[Any], accessor: int) -> NDArray[Any]:
         """Values of an accessor, (N, C), as a view of its buffer."""

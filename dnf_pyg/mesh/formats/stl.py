@@ -31,7 +31,8 @@ class StlDocument(Document):
             self.is_binary = False
         if self.is_binary:
             triangles = np.frombuffer(data, _TRIANGLE, announced, _HEADER)
-            self.pos = triangles["corner"].reshape(-1, 3).astype(np.float64)
+            with np.errstate(invalid="ignore"):  # signalling NaN in a damaged file
+                self.pos = triangles["corner"].reshape(-1, 3).astype(np.float64)
         elif data.lstrip()[:5].lower() == b"solid":
             words = [found[4].split() for found in _FACET.finditer(data) if found[4]]
             self.pos = np.array(words, dtype=np.float64).reshape(-1, 3)
