@@ -17,7 +17,9 @@ __all__ = ["add_arguments", "run"]
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
     export = parser.add_subparsers(metavar="ACTION").add_parser(
-        "export", help="write a checkpoint as a folder to be released", description=write_release.__doc__
+        "export",
+        help="write a checkpoint as a folder to be released",
+        description="Write safetensors, config.json, model card (README.md) and metrics.json with sha256.",
     )
     export.add_argument("checkpoint", metavar="CHECKPOINT", help="checkpoint of `dnf-pyg fit`, folder or packaged name")
     export.add_argument("-o", "--output", type=Path, required=True, metavar="FOLDER", help="its name is the weights'")
