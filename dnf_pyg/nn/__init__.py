@@ -4,6 +4,7 @@ from dnf_pyg.nn.attention import ChannelAttention
 from dnf_pyg.nn.dnf_net import DNFNet
 from dnf_pyg.nn.embedding import MultiScaleEmbedding
 from dnf_pyg.nn.grouping import FeatureGroupingConv, NormalGroupingConv
+from dnf_pyg.nn.neighbors import feature_neighbors
 from dnf_pyg.nn.residual import ResidualUnit
 from dnf_pyg.nn.subsample import subsample_neighbors
 
@@ -14,5 +15,6 @@ __all__ = [
     "MultiScaleEmbedding",
     "NormalGroupingConv",
     "ResidualUnit",
+    "feature_neighbors",
     "subsample_neighbors",
 ]
