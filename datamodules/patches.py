@@ -71,8 +71,9 @@ class PatchDataModule(LightningDataModule):
         )
 
     def prepare_data(self) -> None:
-        """Cut and cache the patches in one process; it sets no state."""
-        for split in ("train", "val"):
+        """Cut and cache the patches that the run needs, in one process; it sets no state."""
+        splits = {"validate": ["val"], "test": ["test"], "predict": ["test"]}
+        for split in splits.get(self.trainer.state.fn if self.trainer else "fit", ["train", "val"]):
             self.dataset(split)
 
     def train_dataloader(self) -> DataLoader:

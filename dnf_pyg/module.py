@@ -106,7 +106,10 @@ class NormalFilteringModule(LightningModule):
             f"{stage}/recovery": terms.recovery,
             f"{stage}/residual": terms.residual,
         }
-        self.log_dict(values, batch_size=batch.num_graphs, on_step=False, on_epoch=True, sync_dist=stage != "train")
+        training = stage == "train"  # a curve over steps; elsewhere one value an epoch
+        self.log_dict(
+            values, batch_size=batch.num_graphs, on_step=training, on_epoch=not training, sync_dist=not training
+        )
         self.log(f"{stage}/theta", theta, batch_size=batch.num_graphs, on_step=False, on_epoch=True, prog_bar=True)
         return terms.total
 
