@@ -81,6 +81,8 @@ class _Cover(NamedTuple):
     weight: Ints  # grows while a face is incomplete
     score: Ints  # weight that a candidate would complete (not picked) or leave incomplete (picked)
     picked: Flags
+    inside: Ints  # its first left[1] candidates are the picked ones
+    rank: Ints  # of a candidate in inside
     changed: Ints  # step at which a candidate was last exchanged; the oldest wins a tie
     todo: Ints  # its first left[0] faces are the incomplete ones
     place: Ints  # of a face in todo
@@ -105,8 +107,9 @@ def _search_cover(member: Shorts, size: int, missing: Shorts, steps: int) -> Fla
     place[todo] = np.arange(len(todo))
     weight, score = np.ones(num_faces, np.int64), np.full(count, size, np.int64)
     picked, changed = np.zeros(count, np.bool_), np.zeros(count, np.int64)
-    left = np.array([len(todo)])
-    cover = _Cover(member, size, ptr, owner, missing, weight, score, picked, changed, todo, place, left)
+    inside, rank = np.zeros(count, np.int64), np.zeros(count, np.int64)
+    left = np.array([len(todo), 0])
+    cover = _Cover(member, size, ptr, owner, missing, weight, score, picked, inside, rank, changed, todo, place, left)
     while left[0] > 0:
         found = 0
         for c in range(count):
@@ -147,8 +150,8 @@ def _better(score: int, other: int, changed: Ints, c: int, d: int) -> bool:
 def _cheapest(cover: _Cover, tabu: int) -> int:
     """Find the picked candidate that costs least to take out, other than those put in at step ``tabu``."""
     found = -1
-    for c in range(len(cover.picked)):
-        free = cover.picked[c] and (cover.changed[c] != tabu or tabu < 1)
+    for c in cover.inside[: cover.left[1]]:
+        free = cover.changed[c] != tabu or tabu < 1
         if free and (found < 0 or _better(-cover.score[c], -cover.score[found], cover.changed, c, found)):
             found = c
     return found
@@ -157,8 +160,17 @@ def _cheapest(cover: _Cover, tabu: int) -> int:
 @njit(cache=True, nogil=True)
 def _exchange(cover: _Cover, c: int, step: int) -> None:
     """Put a candidate in, or take it out, and bring counts and scores up to date."""
-    member, size, ptr, owner, missing, weight, score, picked, changed, todo, place, left = cover
+    member, size, ptr, owner, missing, weight, score, picked, inside, rank, changed, todo, place, left = cover
     put = not picked[c]
+    if put:
+        inside[left[1]] = c
+        rank[c] = left[1]
+        left[1] += 1
+    else:
+        left[1] -= 1
+        moved = inside[left[1]]
+        inside[rank[c]] = moved
+        rank[moved] = rank[c]
     picked[c] = put
     changed[c] = step
     total = 0

@@ -10,6 +10,7 @@ from torch import Tensor
 from torch_geometric.data import Data
 
 from dnf_pyg.data.mesh_dataset import Arrays, MeshDataset, MeshPair
+from dnf_pyg.data.packing import pack_rows, unpack_rows
 from dnf_pyg.data.patch import Patch, PatchExtractor, patch_to_data
 from dnf_pyg.data.seeds import SeedSampler
 from dnf_pyg.mesh import DijkstraGrowth, FacetGraph, Growth, filled_face_normals
@@ -68,6 +69,7 @@ class PatchDataset(MeshDataset):
     ) -> None:
         self.growth = growth or DijkstraGrowth()
         self.seed = seed
+        self._bits = patch_size.bit_length()
         super().__init__(
             pairs, root, num_patches, patch_size, k, seeds, noise, noise_level, noise_seed, transform, num_workers
         )
@@ -78,15 +80,15 @@ class PatchDataset(MeshDataset):
         entry = self._entry(mesh)
         size = int(entry["size"][row])
         face_id = entry["face_id"][row, :size].astype(np.int64)
-        if self.pairs[mesh][0] is None:
+        if self._serves_surface(mesh):
             pos, face, _ = self._region(entry, face_id, mesh, self._generator(idx))
             normal = filled_face_normals(pos, face)[:size]
         else:
             normal = torch.from_numpy(entry["normal"][face_id])
-        table = (torch.from_numpy(entry[name][row, :size].copy()) for name in ("neighbor_row", "distance"))
-        data = patch_to_data(
-            Patch(torch.arange(size), *table), normal, torch.from_numpy(entry["clean_normal"][face_id])
-        )
+        neighbor = torch.from_numpy(unpack_rows(entry["packed"][row], self._bits, size, min(self.k, size)))
+        distance = torch.from_numpy(entry["distance"][row, :size].copy())
+        clean_normal = torch.from_numpy(entry["clean_normal"][face_id])
+        data = patch_to_data(Patch(torch.arange(size), neighbor, distance), normal, clean_normal)
         data.face_id = torch.from_numpy(face_id)
         return data
 
@@ -101,18 +103,20 @@ class PatchDataset(MeshDataset):
         generator = torch.Generator().manual_seed(self.seed + int(self.processed_file_names[row][-8:], 16))
         seeds = self.seeds(normal, face, self.num_patches, generator)
         arrays: Arrays = {
-            "normal": normal.float().numpy(),
             "size": np.zeros(self.num_patches, np.int32),
             "face_id": np.full((self.num_patches, self.patch_size), -1, np.int32),
-            "neighbor_row": np.full((self.num_patches, self.patch_size, self.k), -1, np.int16),
+            "packed": np.zeros((self.num_patches, -(-self.patch_size * self.k * self._bits // 8)), np.uint8),
             "distance": np.zeros((self.num_patches, self.patch_size), np.float32),
         }
         for number, patch in enumerate(map(extractor.extract, seeds.tolist())):
-            size, k = patch.neighbor.shape
+            size = len(patch.face_id)
             arrays["size"][number] = size
             arrays["face_id"][number, :size] = patch.face_id
-            arrays["neighbor_row"][number, :size, :k] = patch.neighbor
+            packed = pack_rows(patch.neighbor.numpy(), self._bits)
+            arrays["packed"][number, : len(packed)] = packed
             arrays["distance"][number, :size] = patch.distance
+        if not self._serves_surface(row):
+            arrays["normal"] = normal.float().numpy()
         return arrays
 
 
@@ -174,6 +178,9 @@ class FreshPatchDataset(MeshDataset):
         data = patch_to_data(patch, filled_face_normals(pos, face), clean_normal)
         data.face_id = member[data.face_id]
         return data
+
+    def _serves_surface(self, row: int) -> bool:
+        return True
 
     def _parameters(self) -> dict[str, Any]:
         return {"class": "FreshPatchDataset", "seeds": repr(self.seeds)}

@@ -106,6 +106,10 @@ class MeshDataset(Dataset, ABC):
     def _arrays(self, row: int, extractor: PatchExtractor, normal: Tensor, face: Tensor) -> Arrays:
         """Arrays of an entry beside the shared ones."""
 
+    def _serves_surface(self, row: int) -> bool:
+        """Whether items of a pair need positions and facet graph, not only normals."""
+        return self.pairs[row][0] is None
+
     def _prepare(self, row: int) -> None:
         noisy_path, clean_path = self.pairs[row]
         clean = read_mesh(clean_path)
@@ -117,15 +121,14 @@ class MeshDataset(Dataset, ABC):
             )
         extractor = self._extractor(mesh.pos, mesh.face)
         normal = filled_face_normals(mesh.pos, mesh.face)
-        unit = float(mean_edge_length(mesh.pos, mesh.face)) or 1.0
-        arrays = {
-            "pos": ((mesh.pos - mesh.pos.mean(dim=0)) / unit).float().numpy(),
-            "face": mesh.face.t().int().numpy(),
-            "clean_normal": filled_face_normals(clean.pos, clean.face).float().numpy(),
-            "ptr": extractor.graph.ptr,
-            "neighbor": extractor.graph.neighbor,
-            **self._arrays(row, extractor, normal, mesh.face),
-        }
+        arrays = self._arrays(row, extractor, normal, mesh.face)
+        arrays["clean_normal"] = filled_face_normals(clean.pos, clean.face).float().numpy()
+        if self._serves_surface(row):
+            unit = float(mean_edge_length(mesh.pos, mesh.face)) or 1.0
+            arrays["pos"] = ((mesh.pos - mesh.pos.mean(dim=0)) / unit).float().numpy()
+            arrays["face"] = mesh.face.t().int().numpy()
+            arrays["ptr"] = extractor.graph.ptr
+            arrays["neighbor"] = extractor.graph.neighbor
         write_entry(Path(self.processed_paths[row]), arrays)
 
     def _extractor(self, pos: Tensor, face: Tensor) -> PatchExtractor:
