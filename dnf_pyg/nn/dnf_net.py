@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Sequence
 from typing import Any
 
+import torch
 from huggingface_hub import PyTorchModelHubMixin
 from torch import Tensor
 from torch.nn import Module, ModuleList
@@ -51,7 +52,6 @@ class DNFNet(Module, PyTorchModelHubMixin, library_name="dnf_pyg", tags=["mesh-d
         ValueError: If ``num_units`` is not positive.
 
     Example:
-        >>> import torch
         >>> net = DNFNet(k=(1, 2, 2)).eval()
         >>> net(torch.eye(3), torch.tensor([[0, 1, 1, 0, 2, 1], [0, 0, 1, 1, 2, 2]])).shape
         torch.Size([3, 3])
@@ -104,7 +104,7 @@ class DNFNet(Module, PyTorchModelHubMixin, library_name="dnf_pyg", tags=["mesh-d
         """Filter the normals: the output of the last unit, without the heads of the others."""
         frame = self._frame(normal, batch)
         *_, (x, _) = self._features(normal, edge_index, batch, frame)
-        return self._filtered(self.heads[-1](x), frame)
+        return self._filtered(self.heads[-1], x, frame)
 
     def stages(
         self, normal: Tensor, edge_index: Adj | Sequence[Adj], batch: Tensor | None = None
@@ -113,7 +113,7 @@ class DNFNet(Module, PyTorchModelHubMixin, library_name="dnf_pyg", tags=["mesh-d
         frame = self._frame(normal, batch)
         features = self._features(normal, edge_index, batch, frame)
         return [
-            (self._filtered(head(x), frame), residual) for head, (x, residual) in zip(self.heads, features, strict=True)
+            (self._filtered(head, x, frame), residual) for head, (x, residual) in zip(self.heads, features, strict=True)
         ]
 
     def _frame(self, normal: Tensor, batch: Tensor | None) -> Tensor | None:
@@ -128,7 +128,7 @@ class DNFNet(Module, PyTorchModelHubMixin, library_name="dnf_pyg", tags=["mesh-d
     ) -> Iterator[tuple[Tensor, Tensor]]:
         """Cleaned feature map and residual after each unit."""
         if frame is not None:
-            normal = (normal.unsqueeze(1) @ frame).squeeze(1)
+            normal = (normal.unsqueeze(2) * frame).sum(dim=1)
         x = self.embedding(normal, edge_index, batch)
         for unit in self.units:
             residual = unit(x, batch)
@@ -136,7 +136,8 @@ class DNFNet(Module, PyTorchModelHubMixin, library_name="dnf_pyg", tags=["mesh-d
             yield x, residual
 
     @staticmethod
-    def _filtered(out: Tensor, frame: Tensor | None) -> Tensor:
-        """Unit normals, turned back."""
-        out = F.normalize(out, dim=-1)
-        return out if frame is None else (frame @ out.unsqueeze(2)).squeeze(2)
+    def _filtered(head: MLP, x: Tensor, frame: Tensor | None) -> Tensor:
+        """Unit normals, turned back; in full precision, since bf16 directions are a quarter of a degree apart."""
+        with torch.autocast(x.device.type, enabled=False):
+            out = F.normalize(head(x.to(head.lins[0].weight.dtype)), dim=-1)
+        return out if frame is None else (frame * out.unsqueeze(1)).sum(dim=2)

@@ -35,5 +35,5 @@ def patch_frames(normal: Tensor, batch: Tensor | None = None, batch_size: int | 
     ptr = index2ptr(batch, int(batch[-1]) + 1 if batch_size is None else batch_size)
     outer = (normal.unsqueeze(2) * normal.unsqueeze(1)).flatten(1)  # (F, 9)
     axes = torch.linalg.eigh(segment_sum(outer, ptr).view(-1, 3, 3)).eigenvectors
-    cube = torch.einsum("fi,fij->fj", normal, axes[batch]) ** 3
+    cube = (normal.unsqueeze(2) * axes[batch]).sum(dim=1) ** 3
     return axes * torch.where(segment_sum(cube, ptr) < 0, -1.0, 1.0).to(axes.dtype).unsqueeze(1)

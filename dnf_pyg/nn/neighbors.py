@@ -97,10 +97,11 @@ def feature_neighbors(x: Tensor, k: int, batch: Tensor | None = None) -> Tensor:
         [[0, 1, 1, 0, 2, 1], [0, 0, 1, 1, 2, 2]]
     """
     neighbor, center, start = [], [], 0
-    for patch in x.split(patch_sizes(batch, x.size(0))):
+    for patch in x.to(torch.promote_types(x.dtype, torch.float32)).split(patch_sizes(batch, x.size(0))):
         size = patch.size(0)
         patch = patch - patch.mean(dim=0)  # smaller numbers lose fewer digits below
-        distance = torch.addmm(patch.square().sum(dim=1), patch, patch.t(), alpha=-2)  # less the centre's own square
+        with torch.autocast(x.device.type, enabled=False):
+            distance = torch.addmm(patch.square().sum(dim=1), patch, patch.t(), alpha=-2)  # less the centre's square
         nearest = _smallest(distance, min(k, size))
         neighbor.append(nearest.flatten() + start)
         center.append(torch.arange(start, start + size, device=x.device).repeat_interleave(nearest.size(1)))

@@ -163,3 +163,12 @@ def test_reset_and_errors(make):
     assert net.heads[0].norms[0].module.weight.tolist() == [1.0] * 8
     with pytest.raises(ValueError, match=r"'num_units' to be positive \(got 0\)"):
         DNFNet(num_units=0)
+
+
+def test_autocast_keeps_directions_precise(make):
+    normal, edge_index = random_patch(30)
+    net = small_net(align=True).float().eval()
+    with torch.autocast("cpu", torch.bfloat16):
+        for filtered, _ in net.stages(normal.float(), edge_index):
+            assert filtered.dtype == torch.float32
+            torch.testing.assert_close(filtered.norm(dim=1), torch.ones(30).float())
