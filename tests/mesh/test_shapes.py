@@ -44,8 +44,8 @@ def test_contour_is_closed_and_lies_on_the_solid():
 @pytest.mark.parametrize("style", STYLES)
 def test_styles_keep_flat_sides_flat_and_edges_sharp(style):
     solid = part()
-    mesh = build(solid, 4000, Dice(generator()), style)
-    assert 2000 < mesh.face.size(1) < 9000
+    mesh = build(solid, 5000, Dice(generator()), style)
+    assert 2500 < mesh.face.size(1) < 10000
     assert trimesh.Trimesh(mesh.pos, mesh.face.t(), process=False).is_watertight
     assert solid.evaluate(mesh.pos)[0].abs().max() < 1e-6
     flat = torch.tensor([surface not in (6, 9) for surface in range(len(solid.surfaces))])[mesh.label]
@@ -81,13 +81,16 @@ def test_too_small_details_are_refused():
     assert build(ball(0.5) & plane((0, 0, 1), -1), 500, Dice(generator())) is None
 
 
-@pytest.mark.parametrize("name", SHAPES)
-def test_shapes_are_valid_and_repeat(name):
-    pos, face = SHAPES[name](generator(1), 2500)
-    again, face_again = SHAPES[name](generator(1), 2500)
+def test_shapes_repeat_for_a_seed():
+    (pos, face), (again, face_again) = (SHAPES["twist"](generator(1), 800) for _ in range(2))
     assert torch.equal(pos, again)
     assert torch.equal(face, face_again)
-    assert 1000 < face.size(1) < 9000
+
+
+@pytest.mark.parametrize("name", ["blob", "bracket", "knot", "lens", "limbs", "nut", "simple"])
+def test_shapes_are_valid(name):
+    pos, face = SHAPES[name](generator(1), 1200)
+    assert 500 < face.size(1) < 4000
     assert torch.isfinite(pos).all()
     assert face.unique().numel() == pos.size(0)
     mesh = trimesh.Trimesh(pos, face.t(), process=False)

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 from torch import Generator, Tensor
 
-from dnf_pyg.mesh.shapes import cad, displaced
+from dnf_pyg.mesh.shapes import cad, displaced, organic
 from dnf_pyg.mesh.shapes.build import build
 from dnf_pyg.mesh.shapes.dice import Dice
 from dnf_pyg.mesh.shapes.solid import Solid
@@ -20,9 +20,17 @@ def _from_solid(recipe: Callable[[Dice], Solid]) -> Shape:
         while True:  # a recipe may draw details too small for the wanted number of faces
             mesh = build(recipe(dice).move(dice.rotation()), num_faces, dice)
             if mesh is not None:
-                return mesh.pos, mesh.face
+                return _cut_open(mesh.pos, mesh.face, dice) if dice.chance(0.15) else (mesh.pos, mesh.face)
 
     return make
+
+
+def _cut_open(pos: Tensor, face: Tensor, dice: Dice) -> tuple[Tensor, Tensor]:
+    """Drop the faces beyond a plane, a tenth to a third of them: a mesh with a boundary."""
+    height = pos[face].mean(0) @ dice.direction()
+    kept = face[:, height < height.quantile(dice.uniform(0.67, 0.9))]
+    used, face = kept.unique(return_inverse=True)
+    return pos[used], face
 
 
 def _from_mesh(recipe: Callable[[Dice, int], tuple[Tensor, Tensor]]) -> Shape:
@@ -30,6 +38,6 @@ def _from_mesh(recipe: Callable[[Dice, int], tuple[Tensor, Tensor]]) -> Shape:
 
 
 SHAPES: dict[str, Shape] = {
-    **{name: _from_solid(getattr(cad, name)) for name in cad.__all__},
+    **{name: _from_solid(getattr(group, name)) for group in (cad, organic) for name in group.__all__},
     **{name: _from_mesh(getattr(displaced, name)) for name in displaced.__all__},
 }

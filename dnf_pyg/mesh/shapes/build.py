@@ -15,7 +15,7 @@ __all__ = ["STYLES", "build", "even", "graded", "shaken", "sparse", "stretched"]
 
 Style = Callable[[Solid, LabelledMesh, float, Dice], LabelledMesh]
 
-_TOLERANCE = 0.1  # how far a corner too small for the grid may be off, in edge lengths
+_TOLERANCE = 0.2  # how far a corner may reach past a side too small for the grid, in edge lengths
 _HALF = 1.8  # solids are made inside the cube [-1.8, 1.8]^3
 
 
@@ -28,13 +28,15 @@ def build(solid: Solid, num_faces: int, dice: Dice, style: Style | None = None) 
         dice: Source of randomness.
         style: Triangulation; a random one of :data:`STYLES` where not given.
     """
-    size = math.sqrt(_area(solid) * 4 / (math.sqrt(3) * num_faces))
-    for spacing in (1.2 * size, 0.7 * size):
-        start = contour(solid, *_bounds(solid), spacing) if size else None
-        if start and solid.evaluate(start.pos)[0].abs().max() < _TOLERANCE * size:
-            mesh = (style or dice.choice(STYLES))(solid, start, size, dice)
-            return mesh if _is_clean(solid, mesh) else None
-    return None
+    low, high, area = _extent(solid)
+    size = math.sqrt(area * 4 / (math.sqrt(3) * num_faces))
+    if not size or (high - low).min() < 2 * size:
+        return None
+    start = contour(solid, low, high, 0.9 * size)
+    if solid.evaluate(start.pos)[0].abs().max() > _TOLERANCE * size:
+        return None
+    mesh = (style or dice.choice(STYLES))(solid, start, size, dice)
+    return mesh if _is_clean(solid, mesh) else None
 
 
 def even(solid: Solid, start: LabelledMesh, size: float, dice: Dice) -> LabelledMesh:
@@ -82,23 +84,16 @@ def stretched(solid: Solid, start: LabelledMesh, size: float, dice: Dice) -> Lab
 STYLES: tuple[Style, ...] = (even, graded, shaken, sparse, stretched)
 
 
-def _coarse(solid: Solid, num: int = 73) -> tuple[Tensor, Tensor, float]:
+def _extent(solid: Solid, num: int = 49) -> tuple[Tensor, Tensor, float]:
+    """Box around the solid with a margin, and its surface area by the crossings of a coarse grid (Cauchy-Crofton)."""
     axis = torch.linspace(-_HALF, _HALF, num, dtype=torch.float64)
     grid = torch.stack(torch.meshgrid(axis, axis, axis, indexing="ij"), -1)
-    inside = torch.cat([solid.evaluate(chunk)[0] < 0 for chunk in grid.view(-1, 3).split(65536)])
-    return grid, inside.view(num, num, num), float(axis[1] - axis[0])
-
-
-def _bounds(solid: Solid) -> tuple[Tensor, Tensor]:
-    grid, inside, spacing = _coarse(solid)
-    return grid[inside].amin(0) - 1.5 * spacing, grid[inside].amax(0) + 1.5 * spacing
-
-
-def _area(solid: Solid) -> float:
-    """Surface area from the crossings of a coarse grid (Cauchy-Crofton)."""
-    _, inside, spacing = _coarse(solid)
-    crossings = sum(int((inside.diff(dim=axis)).sum()) for axis in range(3))
-    return crossings * spacing**2 / 1.5
+    inside = torch.cat([solid.evaluate(chunk)[0] < 0 for chunk in grid.view(-1, 3).split(65536)]).view(num, num, num)
+    if not inside.any():
+        return axis.new_zeros(3), axis.new_zeros(3), 0.0
+    spacing = float(axis[1] - axis[0])
+    crossings = sum(int(inside.diff(dim=axis).sum()) for axis in range(3))
+    return grid[inside].amin(0) - 1.5 * spacing, grid[inside].amax(0) + 1.5 * spacing, crossings * spacing**2 / 1.5
 
 
 def _is_clean(solid: Solid, mesh: LabelledMesh) -> bool:

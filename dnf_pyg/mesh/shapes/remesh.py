@@ -30,12 +30,12 @@ def remesh(
         solid: The meshed solid.
         mesh: Mesh from :func:`contour`.
         size: Wanted edge length, model units: a number, or a function of positions (V, 3).
-        num_rounds: Rounds.
+        num_rounds: Rounds; up to four more where a few faces are still turned from their surfaces.
         relaxation: Share of the way to the neighbours' mean that vertices move in each round; 0: irregular triangles.
         generator: Source of the order in which edges collapse.
     """
     pos, face, label = (x.numpy() for x in (mesh.pos, mesh.face.t().contiguous(), mesh.label))
-    for turn in range(num_rounds):
+    for turn in range(num_rounds + 4):
         wanted = size(torch.from_numpy(pos)).numpy() if callable(size) else np.full(pos.shape[0], size)
         pos, face, label, wanted = split_edges(pos, face, label, wanted, 1.35)
         pos = _back(solid, pos, face, label)
@@ -49,6 +49,9 @@ def remesh(
         if relaxation:
             pos = _relax(solid, pos, face, label, relaxation)
             flip_edges(pos, face, label, _normals(solid, pos, face, label), 8)
+        turned = (_agreement(pos, face, _normals(solid, pos, face, label)) < 0.7).sum()
+        if turn + 1 >= num_rounds and (turned == 0 or turned > 20):
+            break
     return LabelledMesh(torch.from_numpy(pos), torch.from_numpy(face).t().contiguous(), torch.from_numpy(label))
 
 

@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 import torch
 from torch import Tensor
 
-__all__ = ["Intersection", "Solid", "Surface", "Union"]
+__all__ = ["Field", "Intersection", "Solid", "Surface", "Union"]
 
 Field = Callable[[Tensor], Tensor]
 
@@ -35,7 +35,7 @@ class Solid:
 
     def map(self, inverse: Field) -> "Solid":
         """The same solid in coordinates that ``inverse`` takes back to the present ones."""
-        raise NotImplementedError
+        return _Mapped(self, inverse)
 
     def move(self, rotation: Tensor, offset: Tensor | Sequence[float] = (0.0, 0.0, 0.0)) -> "Solid":
         """Turn the solid by a matrix (3, 3), then shift it by ``offset``."""
@@ -110,10 +110,6 @@ class Union(Solid):
         """Smallest value over the parts, with its label."""
         return self._select(pos, torch.argmin)
 
-    def map(self, inverse: Field) -> "Solid":
-        """The same solid in other coordinates."""
-        return type(self)([part.map(inverse) for part in self.parts])
-
     def _select(self, pos: Tensor, choose: Callable[..., Tensor]) -> tuple[Tensor, Tensor]:
         values, labels, count = [], [], 0
         for part in self.parts:
@@ -144,3 +140,18 @@ class Intersection(Union):
 
     def __invert__(self) -> "Solid":
         return Union([~part for part in self.parts])
+
+
+class _Mapped(Solid):
+    """A solid in other coordinates, which are worked out once for all of its surfaces."""
+
+    def __init__(self, solid: Solid, inverse: Field) -> None:
+        self.solid, self.inverse = solid, inverse
+        self.surfaces = [surface.map(inverse) for surface in solid.surfaces]
+
+    def evaluate(self, pos: Tensor) -> tuple[Tensor, Tensor]:
+        """Value and label at the points taken back."""
+        return self.solid.evaluate(self.inverse(pos))
+
+    def __invert__(self) -> "Solid":
+        return _Mapped(~self.solid, self.inverse)
