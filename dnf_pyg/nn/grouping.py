@@ -99,7 +99,9 @@ class NormalGroupingConv(GroupingConv):
         \mathbf{x}'_i = \max_{j \in \mathcal{N}(i)} h_{\Theta}(\mathbf{x}_i \Vert \mathbf{x}_j)
 
     with a shared MLP :math:`h_{\Theta}`, batch normalization and ReLU after each of its linear layers. The first linear
-    layer is split over source and target, two products per face and none per edge.
+    layer is split over source and target, two products per face and none per edge. The rest runs in blocks of centres
+    (:mod:`~dnf_pyg.nn.recompute` in training, :mod:`~dnf_pyg.nn.fused` in evaluation under ``torch.no_grad()``); in
+    evaluation with gradients, in ``explain`` and inside ``torch.compile`` it is ordinary message passing.
     Source: Li et al. 2020, Sec. 3.3.1 (normal grouping layer, feature extraction layer).
 
     Args:
@@ -112,7 +114,8 @@ class NormalGroupingConv(GroupingConv):
         - **x:** :math:`(F, C_{in})`, or a pair :math:`(F_s, C_{in}), (F_t, C_{in})` of neighbours and centres
         - **edge_index:** :math:`(2, E)`, neighbour (row 0) to centre (row 1), any order, any degree; an
           :class:`~torch_geometric.EdgeIndex` or a sparse matrix of shape :math:`(F_t, F_s)` as well. With ``k``, the
-          edges of a centre are listed nearest first.
+          edges of a centre are listed nearest first. Inside ``torch.compile`` with ``k``, edges are sorted by centre and
+          equally many at each.
         - **output:** :math:`(F_t, C_{out})`; zeros for a face without neighbours
 
     Raises:
