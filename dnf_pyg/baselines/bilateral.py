@@ -33,7 +33,8 @@ class BilateralNormalFilter:
     centroids are those of the noisy mesh throughout. Defaults are those of the public code of Zhang et al. 2015.
 
     Source: Zheng, Fu, Au, Tai, Bilateral Normal Filtering for Mesh Denoising, TVCG 2011: local, iterative scheme.
-    Differs: vertices move as in :func:`~dnf_pyg.mesh.vertex_update.update_vertices`, boundary vertices too.
+    Differs: vertices move as in :func:`~dnf_pyg.mesh.vertex_update.update_vertices`, with its guard against flipped
+    faces, boundary vertices too; 20 iterations of it, as for the networks, where the public code has 10.
 
     Args:
         sigma_range: :math:`\sigma_s`, difference of unit normals, no unit; larger smooths across sharper edges.

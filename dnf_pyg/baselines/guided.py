@@ -43,7 +43,8 @@ class GuidedNormalFilter:
     taken again. Defaults are those of the authors' public code.
 
     Source: Zhang, Deng, Zhang, Bouaziz, Liu, Guided Mesh Normal Filtering, Computer Graphics Forum 2015: local scheme.
-    Differs: vertices move as in :func:`~dnf_pyg.mesh.vertex_update.update_vertices`.
+    Differs: vertices move as in :func:`~dnf_pyg.mesh.vertex_update.update_vertices`, with its guard against flipped
+    faces.
 
     Args:
         sigma_range: :math:`\sigma_r`, difference of unit guides, no unit; larger smooths across sharper edges.

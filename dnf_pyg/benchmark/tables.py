@@ -14,7 +14,7 @@ its vertex update unless it says otherwise. θ of normals: the same for the norm
 E_v: mean distance of the vertices from the clean surface, in mean edge lengths of the clean mesh. Score: 1 for the
 lowest θ (mean of the noise levels) among the methods here on a mesh, 0 for the highest, mean over the meshes
 (Li et al. 2020, Eq. 4). Means are over all noisy meshes; in brackets the number of them where a method lacks some.
-Lowest θ in bold. Seconds: one run each, {threads} threads."""
+Lowest θ in bold. Seconds: one run each on {threads} thread(s)."""
 
 
 def markdown(title: str, rows: Sequence[Row], failures: Sequence[Failure] = (), num_threads: int = 1) -> str:

@@ -19,7 +19,7 @@ def test_summary():
     # the peer lacks mesh b: its mean is over two, it can score but not be the best of all
     assert lines[3] == "| net | 3.500 | 2.000 | **3.000** | 3.500 | 0.5000 | 3.00 | 0.500 | 1 |"
     assert lines[4] == "| peer | 0.500 | 1.500 | 1.000 (2) |  |  |  | 1.000 | 1 |"
-    assert "3 threads" in markdown("Test", ROWS, num_threads=3)
+    assert "on 3 thread(s)" in markdown("Test", ROWS, num_threads=3)
 
 
 def test_theta_by_mesh_and_by_noisy_mesh():
