@@ -114,8 +114,8 @@ class NormalGroupingConv(GroupingConv):
         - **x:** :math:`(F, C_{in})`, or a pair :math:`(F_s, C_{in}), (F_t, C_{in})` of neighbours and centres
         - **edge_index:** :math:`(2, E)`, neighbour (row 0) to centre (row 1), any order, any degree; an
           :class:`~torch_geometric.EdgeIndex` or a sparse matrix of shape :math:`(F_t, F_s)` as well. With ``k``, the
-          edges of a centre are listed nearest first. Inside ``torch.compile`` with ``k``, edges are sorted by centre and
-          equally many at each.
+          edges of a centre are listed nearest first. Inside ``torch.compile`` with ``k``, edges are sorted by centre
+          and equally many at each.
         - **output:** :math:`(F_t, C_{out})`; zeros for a face without neighbours
 
     Raises:
