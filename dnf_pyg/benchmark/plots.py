@@ -50,7 +50,7 @@ def draw_plots(folder: Path, rows: Sequence[Row]) -> list[Path]:
 
 def _style(number: int) -> dict[str, Any]:
     color = mpl.colormaps["tab10"](1 + (number - 1) % 9 if number else 0)  # the first method's is its own
-    marker = _MARKERS[(number + number // 10) % len(_MARKERS)]  # another one where the colours begin again
+    marker = _MARKERS[(number + 2 * ((number - 1) // 9)) % len(_MARKERS)]  # another one where colours begin again
     return {"color": color, "marker": marker, "linewidth": 2.2 if number == 0 else 1.2}
 
 
