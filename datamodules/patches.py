@@ -9,6 +9,7 @@ from torch_geometric.data import Data
 from torch_geometric.loader import DataLoader
 from torch_geometric.transforms import Compose
 
+from datamodules.sampling import EpochSampler, SeededItems
 from dnf_pyg.data import JitterNormal, PatchDataset, RandomRotation
 from dnf_pyg.mesh.noise import Noise
 
@@ -77,11 +78,13 @@ class PatchDataModule(LightningDataModule):
             self.dataset(split)
 
     def train_dataloader(self) -> DataLoader:
-        """Training patches, shuffled and augmented."""
+        """Training patches, shuffled and augmented, in an order and with noise that seed and epoch decide."""
+        seed = int(self.hparams.get("seed", 0))
+        items = SeededItems(self.dataset("train"), seed)
         return DataLoader(
-            self.dataset("train"),
+            items,
             self.batch_size,
-            shuffle=True,
+            sampler=EpochSampler(items, seed, self._progress),
             num_workers=self.num_workers,
             persistent_workers=self.num_workers > 0,
         )
@@ -97,3 +100,13 @@ class PatchDataModule(LightningDataModule):
     def predict_dataloader(self) -> DataLoader:
         """Test patches."""
         return self.test_dataloader()
+
+    def _progress(self) -> tuple[int, int]:
+        """Epoch that begins, and items of it that a resumed run has seen already."""
+        if self.trainer is None:
+            return 0, 0
+        loop = self.trainer.fit_loop
+        epoch, batches = loop.epoch_progress.current.processed, loop.epoch_loop.batch_progress.current.ready
+        if batches >= self.trainer.num_training_batches:  # saved after the last batch
+            return max(epoch, loop.epoch_progress.current.ready), 0
+        return epoch, batches * self.batch_size

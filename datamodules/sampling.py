@@ -1,0 +1,69 @@
+"""Order and randomness of training items as functions of seed and epoch: the same on any number of processes."""
+
+from collections.abc import Callable, Iterator
+
+import torch
+from torch.utils.data import Dataset, DistributedSampler
+from torch_geometric.data import Data
+
+__all__ = ["EpochSampler", "SeededItems"]
+
+
+class EpochSampler(DistributedSampler):
+    """Shuffle by seed and epoch, share out over the processes, and start where a resumed run stopped.
+
+    Yields pairs (epoch, item) for :class:`SeededItems`.
+
+    Args:
+        dataset: Data set to draw from.
+        seed: Start of the random order.
+        progress: Tells, when an epoch begins, its number and how many of this process's items are done already.
+
+    Example:
+        >>> sampler = EpochSampler([0, 1, 2, 3], seed=0, progress=lambda: (5, 1))
+        >>> len(list(sampler)), next(iter(sampler))[0]
+        (3, 5)
+    """
+
+    def __init__(self, dataset: Dataset, seed: int, progress: Callable[[], tuple[int, int]]) -> None:
+        parallel = torch.distributed.is_available() and torch.distributed.is_initialized()
+        super().__init__(dataset, None if parallel else 1, None if parallel else 0, shuffle=True, seed=seed)
+        self.progress = progress
+
+    def __iter__(self) -> Iterator[tuple[int, int]]:
+        """Pairs of epoch and item."""
+        epoch, done = self.progress()
+        self.set_epoch(epoch)
+        for item in list(super().__iter__())[done:]:
+            yield epoch, item
+
+
+class SeededItems(Dataset):
+    """Serve items of a data set whose random parts depend on seed, epoch and item only.
+
+    Args:
+        dataset: Data set that draws noise, rotations and the like from torch's global generator.
+        seed: Start of the random numbers.
+
+    Example:
+        >>> class Noise(Dataset):
+        ...     def __getitem__(self, item):
+        ...         return torch.rand(())
+        >>> items = SeededItems(Noise(), seed=0)
+        >>> bool(items[1, 2] == items[1, 2]), bool(items[1, 2] == items[2, 2])
+        (True, False)
+    """
+
+    def __init__(self, dataset: Dataset, seed: int) -> None:
+        self.dataset = dataset
+        self.seed = seed
+
+    def __len__(self) -> int:
+        return len(self.dataset)  # type: ignore[arg-type]
+
+    def __getitem__(self, place: tuple[int, int]) -> Data:
+        """Item of an epoch."""
+        epoch, item = place
+        with torch.random.fork_rng(devices=[]):
+            torch.manual_seed((self.seed * 1_000_003 + epoch) * 1_000_003 + item)
+            return self.dataset[item]
