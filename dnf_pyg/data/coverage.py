@@ -19,6 +19,7 @@ _STEPS = 40  # exchanges of the search per patch that a cover without any overla
 Ints = NDArray[np.int64]
 Shorts = NDArray[np.int32]
 Flags = NDArray[np.bool_]
+Whole = int | np.int64
 
 
 def plan_seeds(graph: FacetGraph, patch_size: int, min_coverage: int, generator: Generator | None) -> Tensor:
@@ -94,34 +95,39 @@ def _search_cover(member: Shorts, size: int, missing: Shorts, steps: int) -> Fla
     """Pick candidates so that no face is left incomplete; ``missing`` counts down."""
     num_faces, count = len(missing), len(member) // size
     ptr = np.zeros(num_faces + 1, np.int64)
-    for f in member:
-        ptr[f + 1] += 1
-    ptr = np.cumsum(ptr)
+    for entry in range(len(member)):
+        ptr[member[entry] + 1] += 1
+    for f in range(num_faces):
+        ptr[f + 1] += ptr[f]
     owner = np.empty(len(member), np.int32)
     end = ptr[:-1].copy()
     for entry in range(len(member)):
         owner[end[member[entry]]] = entry // size
         end[member[entry]] += 1
-    todo = np.flatnonzero(missing > 0)
-    place = np.full(num_faces, -1, np.int64)
-    place[todo] = np.arange(len(todo))
+    todo, place = np.empty(num_faces, np.int64), np.empty(num_faces, np.int64)
+    left = np.zeros(2, np.int64)
+    for f in range(num_faces):
+        if missing[f] > 0:
+            todo[left[0]] = f
+            place[f] = left[0]
+            left[0] += 1
     weight, score = np.ones(num_faces, np.int64), np.full(count, size, np.int64)
     picked, changed = np.zeros(count, np.bool_), np.zeros(count, np.int64)
     inside, rank = np.zeros(count, np.int64), np.zeros(count, np.int64)
-    left = np.array([len(todo), 0])
     cover = _Cover(member, size, ptr, owner, missing, weight, score, picked, inside, rank, changed, todo, place, left)
+    start, nobody = np.int64(0), np.int64(-1)  # typed: a literal would have the functions compiled once more
     while left[0] > 0:
-        found = 0
+        found: Whole = start
         for c in range(count):
             if not picked[c] and (picked[found] or score[c] > score[found]):
                 found = c
-        _exchange(cover, found, 0)
+        _exchange(cover, found, start)
     best = picked.copy()
     random = np.uint64(1)
     for step in range(1, steps + 1):
         while left[0] == 0:
             best[:] = picked
-            _exchange(cover, _cheapest(cover, -1), step)
+            _exchange(cover, _cheapest(cover, nobody), step)
         latest = _cheapest(cover, step - 1)
         if latest < 0:
             break
@@ -134,23 +140,24 @@ def _search_cover(member: Shorts, size: int, missing: Shorts, steps: int) -> Fla
             if not picked[c] and c != latest and (found < 0 or _better(score[c], score[found], changed, c, found)):
                 found = c
         _exchange(cover, latest if found < 0 else found, step)
-        for f in todo[: left[0]]:
-            weight[f] += 1
-            for c in owner[ptr[f] : ptr[f + 1]]:
-                score[c] += 1
+        for at in range(left[0]):
+            weight[todo[at]] += 1
+            for entry in range(ptr[todo[at]], ptr[todo[at] + 1]):
+                score[owner[entry]] += 1
     return best
 
 
 @njit(cache=True, nogil=True)
-def _better(score: int, other: int, changed: Ints, c: int, d: int) -> bool:
+def _better(score: Whole, other: Whole, changed: Ints, c: Whole, d: Whole) -> bool | np.bool_:
     return score > other or (score == other and changed[c] < changed[d])
 
 
 @njit(cache=True, nogil=True)
-def _cheapest(cover: _Cover, tabu: int) -> int:
+def _cheapest(cover: _Cover, tabu: Whole) -> Whole:
     """Find the picked candidate that costs least to take out, other than those put in at step ``tabu``."""
     found = -1
-    for c in cover.inside[: cover.left[1]]:
+    for at in range(cover.left[1]):
+        c = cover.inside[at]
         free = cover.changed[c] != tabu or tabu < 1
         if free and (found < 0 or _better(-cover.score[c], -cover.score[found], cover.changed, c, found)):
             found = c
@@ -158,7 +165,7 @@ def _cheapest(cover: _Cover, tabu: int) -> int:
 
 
 @njit(cache=True, nogil=True)
-def _exchange(cover: _Cover, c: int, step: int) -> None:
+def _exchange(cover: _Cover, c: Whole, step: Whole) -> None:
     """Put a candidate in, or take it out, and bring counts and scores up to date."""
     member, size, ptr, owner, missing, weight, score, picked, inside, rank, changed, todo, place, left = cover
     put = not picked[c]
@@ -174,7 +181,8 @@ def _exchange(cover: _Cover, c: int, step: int) -> None:
     picked[c] = put
     changed[c] = step
     total = 0
-    for f in member[c * size : (c + 1) * size]:
+    for at in range(c * size, (c + 1) * size):
+        f = member[at]
         before = missing[f]
         missing[f] = before - 1 if put else before + 1
         low, high = min(before, missing[f]), max(before, missing[f])
