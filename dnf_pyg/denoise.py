@@ -191,7 +191,9 @@ def _warnings(noise_level: float, num_flipped: int) -> list[str]:
             "weights were trained on: repeat the filter, or train on such noise."
         )
     if num_flipped:
-        found.append(f"{num_flipped} faces lie the wrong way round, as folds of the input that could not be unfolded.")
+        found.append(
+            f"Faces that lie the wrong way round, folds of the input that could not be unfolded: {num_flipped}."
+        )
     return found
 
 

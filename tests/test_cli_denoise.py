@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import torch
 import trimesh
+from PIL import Image
 
 from dnf_pyg.cli import main
 from dnf_pyg.mesh.io import read_mesh, write_mesh
@@ -160,3 +161,23 @@ def test_full_disk(call, noisy_file, tmp_path):
     assert status == 2
     assert "free some space" in err
     assert [path.name for path in tmp_path.iterdir()] == [noisy_file.name]
+
+
+def test_textured_glb_with_seams(call, tmp_path):
+    sphere = trimesh.creation.uv_sphere(count=[16, 24])
+    soup = trimesh.Trimesh(
+        sphere.triangles.reshape(-1, 3), np.arange(3 * len(sphere.faces)).reshape(-1, 3), process=False
+    )
+    flat = soup.vertices[:, :2] / 2 + 0.5
+    soup.visual = trimesh.visual.TextureVisuals(uv=flat, image=Image.new("RGB", (4, 4), "teal"))
+    (tmp_path / "noisy.glb").write_bytes(soup.export(file_type="glb", include_normals=True))
+    assert call(tmp_path / "noisy.glb", "-o", tmp_path / "out.glb")[0] == 0
+    before, after = (read_mesh(tmp_path / f"{name}.glb") for name in ("noisy", "out"))
+    assert torch.equal(before.face, after.face)
+    _, copies = torch.unique(before.pos, dim=0, return_inverse=True)
+    places = torch.unique(torch.cat([copies[:, None].double(), after.pos], dim=1), dim=0)
+    assert len(places) == copies.max() + 1  # no crack
+    assert not torch.equal(before.pos, after.pos)
+    written = trimesh.load_mesh(tmp_path / "out.glb", process=False)
+    assert written.visual.material.baseColorTexture.getpixel((0, 0)) == (0, 128, 128)
+    np.testing.assert_allclose(written.visual.uv, flat, atol=1e-6)
