@@ -14,6 +14,7 @@ from dnf_pyg.nn import DNFNet
 from dnf_pyg.nn.neighbors import sort_by_center
 
 FACES = 800
+PRECISIONS = {"fp32": torch.float32, "bf16": torch.bfloat16}
 SETTINGS = {"K=50": (10, 30, 50), "K=150": (50, 100, 150)}
 
 
@@ -128,17 +129,14 @@ def _status(name):
     return int(next(line for line in lines if line.startswith(name)).split()[1])
 
 
-def table(title, k, num_patches, device, training, repeats):
+def table(title, k, num_patches, device, training, repeats, precisions):
     inputs = patches(num_patches, max(k), device)
     torch.manual_seed(0)
     ours, stock = DNFNet(k=k).to(device), plain(DNFNet(k=k)).to(device)
-    runs = {
-        "plain EdgeConv, fp32": step(stock, inputs, torch.float32, training),
-        "ours, fp32": step(ours, inputs, torch.float32, training),
-        "ours, bf16": step(ours, inputs, torch.bfloat16, training),
-        "bare products, fp32": floor(ours, num_patches, device, torch.float32, training),
-        "bare products, bf16": floor(ours, num_patches, device, torch.bfloat16, training),
-    }
+    runs = {"plain EdgeConv, fp32": step(stock, inputs, torch.float32, training)}
+    for name in precisions:
+        runs[f"ours, {name}"] = step(ours, inputs, PRECISIONS[name], training)
+        runs[f"bare products, {name}"] = floor(ours, num_patches, device, PRECISIONS[name], training)
     for run in runs.values():
         run()
     times = {name: [] for name in runs}
@@ -150,7 +148,8 @@ def table(title, k, num_patches, device, training, repeats):
     print(f"\n{title}, {num_patches} patch(es), {device}, {torch.get_num_threads()} thread(s), median of {repeats}")
     print(f"{'':22s}{'wall ms':>10s}{'cpu ms':>10s}{'vs plain':>10s}{'vs floor':>10s}{'extra MB':>10s}", flush=True)
     for name, run in runs.items():
-        ratios = clock["plain EdgeConv, fp32"] / clock[name], clock[name] / clock[f"bare products, {name[-4:]}"]
+        own_floor = clock.get(f"bare products, {name[-4:]}", float("nan"))
+        ratios = clock["plain EdgeConv, fp32"] / clock[name], clock[name] / own_floor
         memory = "" if name.startswith("bare") else f"{peak_megabytes(run, device):10.0f}"
         per_patch = [1e3 * value[name] / num_patches for value in (wall, processor)]
         print(
@@ -162,14 +161,18 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--repeats", type=int, default=7)
     parser.add_argument("--threads", type=int, default=2)
+    parser.add_argument("--settings", nargs="+", default=list(SETTINGS), choices=SETTINGS)
+    parser.add_argument("--precisions", nargs="+", default=list(PRECISIONS), choices=PRECISIONS)
     arguments = parser.parse_args()
     torch.set_num_threads(arguments.threads)
-    for name, k in SETTINGS.items():  # ratios are of wall time, with one thread on a CPU of processor time
+    for name, k in (
+        (name, SETTINGS[name]) for name in arguments.settings
+    ):  # ratios are of wall time, with one thread on a CPU of processor time
         for training in (False, True):
             title = f"{name} {k}, {'training step' if training else 'inference'}"
-            table(title, k, 1, "cpu", training, arguments.repeats)
+            table(title, k, 1, "cpu", training, arguments.repeats, arguments.precisions)
             for num_patches in (10, 64) if torch.cuda.is_available() else ():
-                table(title, k, num_patches, "cuda", training, arguments.repeats)
+                table(title, k, num_patches, "cuda", training, arguments.repeats, arguments.precisions)
 
 
 if __name__ == "__main__":
