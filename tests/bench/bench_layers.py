@@ -144,6 +144,7 @@ def table(title, k, num_patches, device, training, repeats, precisions):
         for name, run in runs.items():
             times[name].append(seconds(run, device))
     wall, processor = ({n: statistics.median(t[i] for t in times[n]) for n in runs} for i in (0, 1))
+    # ratios are of wall time, but with one thread on a CPU of processor time
     clock = wall if torch.get_num_threads() > 1 or device == "cuda" else processor
     print(f"\n{title}, {num_patches} patch(es), {device}, {torch.get_num_threads()} thread(s), median of {repeats}")
     print(f"{'':22s}{'wall ms':>10s}{'cpu ms':>10s}{'vs plain':>10s}{'vs floor':>10s}{'extra MB':>10s}", flush=True)
@@ -165,9 +166,8 @@ def main():
     parser.add_argument("--precisions", nargs="+", default=list(PRECISIONS), choices=PRECISIONS)
     arguments = parser.parse_args()
     torch.set_num_threads(arguments.threads)
-    for name, k in (
-        (name, SETTINGS[name]) for name in arguments.settings
-    ):  # ratios are of wall time, with one thread on a CPU of processor time
+    for name in arguments.settings:
+        k = SETTINGS[name]
         for training in (False, True):
             title = f"{name} {k}, {'training step' if training else 'inference'}"
             table(title, k, 1, "cpu", training, arguments.repeats, arguments.precisions)
