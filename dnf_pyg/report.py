@@ -220,9 +220,7 @@ def _figure_table(rows: Mapping[str, Sequence[str]]) -> str:
 def _histogram(mode: _Mode, num_bins: int = 60) -> str:
     """Share of vertices or faces over the values of a mode, as a section with a drawing."""
     sides = {"after": mode.after} if mode.before is mode.after else {"before": mode.before, "after": mode.after}
-    counts = {
-        key: torch.histc(value.clamp(max=mode.most).float(), num_bins, 0, mode.most) for key, value in sides.items()
-    }
+    counts = {key: torch.histc(value.float(), num_bins, 0, mode.most) for key, value in sides.items()}
     highest = max(float(count.max()) for count in counts.values()) or 1.0
     left, bottom, width, height = 8.0, 150.0, 404.0, 140.0
     drawing = ""
@@ -235,11 +233,12 @@ def _histogram(mode: _Mode, num_bins: int = 60) -> str:
         drawing += f'<path class="bars {key}" d="M{left} {bottom}{steps}V{bottom}Z"/>'
     for i in range(5):
         x, label, anchor = left + width * i / 4, f"{mode.most * i / 4:.3g}", "end" if i == 4 else "middle"
-        drawing += f'<text x="{x:.0f}" y="166" text-anchor="{anchor}">{"≥ " if i == 4 else ""}{label}</text>'
+        drawing += f'<text x="{x:.0f}" y="166" text-anchor="{anchor}">{label}</text>'
     drawing += f'<path class="axis" d="M{left} {bottom}H{left + width}"/>'
-    keys = "".join(
-        f'<span class="key"><i style="background:var(--{key})"></i>{key}, mean {value.mean():.3g}</span>'
-        for key, value in sides.items()
-    )
+    keys = ""
+    for key, value in sides.items():
+        beyond = float((value > mode.most).double().mean())
+        more = f", {beyond:.1%} beyond {mode.most:.3g}" if beyond > 0 else ""
+        keys += f'<span class="key"><i style="background:var(--{key})"></i>{key}: mean {value.mean():.3g}{more}</span>'
     svg = f'<svg viewBox="0 0 420 172" role="img" aria-label="Histogram">{drawing}</svg>'
     return f"<section class=card><h2>{mode.label} ({mode.unit})</h2>{keys}{svg}</section>"

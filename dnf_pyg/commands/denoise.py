@@ -146,8 +146,12 @@ def _run_one(path: Path, output: Path, net: DNFNet, options: argparse.Namespace)
             subtitle=f"{mesh.face.size(1):,} triangles, {len(mesh.pos):,} vertices. " + " ".join(result.warnings),
             reference=None if reference is None else reference.pos,
             figures=outcome_figures(values),
-            settings={name.replace("_", " "): getattr(options, name) for name in _SETTINGS.split()},
+            settings={name.replace("_", " "): _shown(getattr(options, name)) for name in _SETTINGS.split()},
         )
+
+
+def _shown(value: object) -> str:
+    return {"None": "none", "inf": "none", "True": "yes", "False": "no"}.get(str(value), str(value))
 
 
 def _inputs(paths: list[Path]) -> list[Path]:
