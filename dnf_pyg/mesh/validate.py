@@ -1,4 +1,24 @@
-"""One check of a mesh at the door, so that everything behind it can rely on what it gets."""
+"""One check of a mesh at the door, so that everything behind it can rely on what it gets.
+
+What becomes of a fault (``tests/data/test_faults.py`` has each of them); faces and vertices are never reordered:
+
+=================================  ===================================================================================
+open boundary                      patches end at it
+several components, lone faces     a patch stays in its component; a small one gives patches and neighbours as few as it
+                                   has
+non-manifold edge, bow-tie vertex  all faces that share a vertex are neighbours, whatever their number; above 512 at one
+                                   vertex only those close to each other in the file
+zero-area face                     normal from the faces around it, (0, 0, 1) where there are none; otherwise as others
+duplicate faces                    kept; at distance 1/65536 of the mean edge length from each other
+duplicate vertices                 kept apart: faces that share none by number are not connected (weld them first)
+unreferenced vertices              kept, without a normal
+faces wound inconsistently         kept: their normals point the other way
+any size, far from the origin      worked out about the centre in mean edge lengths, float64
+all vertices in one point          faces count as one step apart; the heat method refuses it
+no face, vertex out of range,      :class:`~dnf_pyg.errors.MeshError`
+NaN, infinity, above 1e30
+=================================  ===================================================================================
+"""
 
 import torch
 from torch import Tensor
