@@ -52,7 +52,8 @@ def test_hub_vertex_stays_small_and_connected():
     pairs = one_ring(face, count + 1)
     degree = torch.bincount(pairs[1], minlength=count)
     assert degree.max() <= 514
-    assert set(map(tuple, pairs.t().tolist())) == set(map(tuple, pairs.flip(0).t().tolist()))
+    code = pairs[1] * count + pairs[0]
+    assert torch.equal(code, (pairs[0] * count + pairs[1]).sort().values)  # both directions
     assert degree[1000] == 512
     assert edge_adjacent(face).size(1) == 2 * count
 
