@@ -3,5 +3,14 @@
 from datamodules.clean_meshes import CleanMeshesDataModule
 from datamodules.cnr import CNRDataModule
 from datamodules.generated import GeneratedDataModule
+from datamodules.joint import JointDataModule, Part
+from datamodules.pairs import PairsDataModule
 
-__all__ = ["CNRDataModule", "CleanMeshesDataModule", "GeneratedDataModule"]
+__all__ = [
+    "CNRDataModule",
+    "CleanMeshesDataModule",
+    "GeneratedDataModule",
+    "JointDataModule",
+    "PairsDataModule",
+    "Part",
+]

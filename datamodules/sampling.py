@@ -17,7 +17,8 @@ class EpochSampler(DistributedSampler):
     Args:
         dataset: Data set to draw from.
         seed: Start of the random order.
-        progress: Tells, when an epoch begins, its number and how many of this process's items are done already.
+        progress: Tells the number of the epoch, and how many of this process's items a resumed run has done of it;
+            these are left out the first time.
 
     Example:
         >>> sampler = EpochSampler([0, 1, 2, 3], seed=0, progress=lambda: (5, 1))
@@ -29,12 +30,16 @@ class EpochSampler(DistributedSampler):
         parallel = torch.distributed.is_available() and torch.distributed.is_initialized()
         super().__init__(dataset, None if parallel else 1, None if parallel else 0, shuffle=True, seed=seed)
         self.progress = progress
+        self.resuming = True
 
     def __iter__(self) -> Iterator[tuple[int, int]]:
         """Pairs of epoch and item."""
         epoch, done = self.progress()
         self.set_epoch(epoch)
-        for item in list(super().__iter__())[done:]:
+        items = list(super().__iter__())
+        start = done % len(items) if self.resuming else 0  # a short data set of several starts again in an epoch
+        self.resuming = False
+        for item in items[start:]:
             yield epoch, item
 
 

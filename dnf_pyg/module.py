@@ -1,7 +1,8 @@
 """Training of a normal filtering network: steps, logging, optimizer; no maths of its own."""
 
 from collections.abc import Sequence
-from typing import Any, Literal
+from contextlib import nullcontext
+from typing import Any, Literal, cast
 
 import torch
 from lightning.pytorch import LightningModule
@@ -10,9 +11,10 @@ from torch import Tensor
 from torch_geometric.data import Batch
 
 from dnf_pyg.errors import WeightsError
-from dnf_pyg.losses import JointLoss
+from dnf_pyg.losses import JointLoss, LossTerms
 from dnf_pyg.metrics import MeanAngularDifference
 from dnf_pyg.nn import DNFNet, subsample_neighbors
+from dnf_pyg.nn.split_statistics import SplitStatistics
 
 __all__ = ["NormalFilteringModule"]
 
@@ -33,6 +35,8 @@ class NormalFilteringModule(LightningModule):
         scheduler_interval: Step the schedule once an ``epoch`` or once a ``step``.
         train_k: Neighbours kept at random on each level while training (:func:`~dnf_pyg.nn.subsample_neighbors`);
             all of ``net.k`` if not given. Differs: the paper trains on all.
+        separate_statistics: Names of data sets that keep running statistics of batch normalization of their own
+            (:class:`~dnf_pyg.nn.SplitStatistics`); for joint training.
     """
 
     def __init__(
@@ -43,6 +47,7 @@ class NormalFilteringModule(LightningModule):
         scheduler: LRSchedulerCallable | None = None,
         scheduler_interval: Literal["epoch", "step"] = "epoch",
         train_k: Sequence[int] | None = None,
+        separate_statistics: Sequence[str] | None = None,
     ) -> None:
         super().__init__()
         self.net = net
@@ -51,21 +56,23 @@ class NormalFilteringModule(LightningModule):
         self.scheduler = scheduler
         self.scheduler_interval = scheduler_interval
         self.train_k = train_k
+        self.statistics = SplitStatistics(net, separate_statistics) if separate_statistics else None
+        self.part_theta = torch.nn.ModuleDict()  # one for each stage and data set of a joint training
         self.train_theta, self.val_theta, self.test_theta = (MeanAngularDifference() for _ in range(3))
 
     def forward(self, batch: Batch) -> Tensor:
         """Filtered normals (F, 3) of a batch of patches."""
         return self.net(batch.normal, batch.edge_index, batch.batch)
 
-    def training_step(self, batch: Batch, batch_idx: int) -> Tensor:
-        """Joint loss of one batch."""
+    def training_step(self, batch: Batch | dict[str, Batch], batch_idx: int) -> Tensor:
+        """Joint loss of one batch, or of one batch of each data set."""
         return self._step(batch, "train", self.train_theta)
 
-    def validation_step(self, batch: Batch, batch_idx: int) -> None:
+    def validation_step(self, batch: Batch | dict[str, Batch], batch_idx: int) -> None:
         """Log ``val/theta`` and ``val/loss``."""
         self._step(batch, "val", self.val_theta)
 
-    def test_step(self, batch: Batch, batch_idx: int) -> None:
+    def test_step(self, batch: Batch | dict[str, Batch], batch_idx: int) -> None:
         """Log ``test/theta`` and ``test/loss``."""
         self._step(batch, "test", self.test_theta)
 
@@ -97,23 +104,50 @@ class NormalFilteringModule(LightningModule):
             listed = ", ".join(f"{key}: {theirs} in the file, {ours} here" for key, (theirs, ours) in differing.items())
             raise WeightsError(f"Expected a checkpoint of the configured network (got {listed}): change `model.net`")
 
-    def _step(self, batch: Batch, stage: str, theta: MeanAngularDifference) -> Tensor:
-        stages = self.net.stages(batch.normal, self._edges(batch.edge_index), batch.batch)
-        terms = self.loss(stages, batch.clean_normal, batch.batch)
-        theta.update(stages[-1][0].detach(), batch.clean_normal)
-        values = {
-            f"{stage}/loss": terms.total,
-            f"{stage}/recovery": terms.recovery,
-            f"{stage}/residual": terms.residual,
-        }
-        training = stage == "train"  # a curve over steps; elsewhere one value an epoch
-        self.log_dict(
-            values, batch_size=batch.num_graphs, on_step=training, on_epoch=not training, sync_dist=not training
-        )
-        self.log(f"{stage}/theta", theta, batch_size=batch.num_graphs, on_step=False, on_epoch=True, prog_bar=True)
+    def _step(self, batch: Batch | dict[str, Batch], stage: str, theta: MeanAngularDifference) -> Tensor:
+        """Weighted loss; several data sets are logged one by one under their names as well."""
+        if not isinstance(batch, dict):
+            terms = self._log_terms(batch, stage, [theta])
+        else:
+            parts = []
+            for name, part in batch.items():
+                key = f"{stage} {name}"
+                if key not in self.part_theta:
+                    self.part_theta[key] = MeanAngularDifference().to(self.device)
+                own_theta = cast("MeanAngularDifference", self.part_theta[key])
+                with self.statistics.use(name) if self.statistics else nullcontext():
+                    own = self._log_terms(part, f"{stage}/{name}", [theta, own_theta])
+                self.log(f"{stage}/{name}/theta", own_theta, metric_attribute=f"part_theta.{key}",
+                         batch_size=part.num_graphs, on_step=False, on_epoch=True)  # fmt: skip
+                parts.append(LossTerms(*(part.weight * term for term in own)))
+            terms = LossTerms(*(torch.stack(term).sum() for term in zip(*parts, strict=True)))
+            self._log_all(stage, stage, terms, sum(part.num_graphs for part in batch.values()))
+        size = batch.num_graphs if not isinstance(batch, dict) else 1
+        self.log(f"{stage}/theta", theta, batch_size=size, on_step=False, on_epoch=True, prog_bar=True)
         return terms.total
 
-    def _edges(self, edge_index: Tensor) -> Tensor | list[Tensor]:
-        if not self.training or self.train_k is None:
-            return edge_index
-        return [subsample_neighbors(edge_index, k, keep) for k, keep in zip(self.net.k, self.train_k, strict=True)]
+    def _log_terms(self, batch: Batch, place: str, thetas: Sequence[MeanAngularDifference]) -> LossTerms:
+        stages = self.net.stages(batch.normal, self._edges(batch), batch.batch)
+        terms = self.loss(stages, batch.clean_normal, batch.batch)
+        for theta in thetas:
+            theta.update(stages[-1][0].detach(), batch.clean_normal)
+        self._log_all(place.split("/")[0], place, terms, batch.num_graphs)
+        return terms
+
+    def _log_all(self, stage: str, place: str, terms: LossTerms, batch_size: int) -> None:
+        values = {
+            f"{place}/loss": terms.total,
+            f"{place}/recovery": terms.recovery,
+            f"{place}/residual": terms.residual,
+        }
+        training = stage == "train"  # a curve over steps; elsewhere one value an epoch
+        self.log_dict(values, batch_size=batch_size, on_step=training, on_epoch=not training, sync_dist=not training)
+
+    def _edges(self, batch: Batch) -> Tensor | list[Tensor]:
+        """Edges of each level: nearest first, as many as the data set says, some left out while training."""
+        levels = getattr(batch, "levels", None) or self.net.k
+        keep = self.train_k if self.training and self.train_k is not None else levels
+        if list(keep) == list(self.net.k):
+            return batch.edge_index
+        pairs = zip(levels, keep, strict=True)
+        return [subsample_neighbors(batch.edge_index, k, min(k, fewer)) for k, fewer in pairs]

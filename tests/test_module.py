@@ -70,9 +70,9 @@ def test_a_single_patch_trains(module, tmp_path):
 def test_train_k_only_counts_while_training(module, batches):
     module.train_k = (1, 2, 2)
     module.eval()
-    assert module._edges(batches[0].edge_index) is batches[0].edge_index
+    assert module._edges(batches[0]) is batches[0].edge_index
     module.train()
-    assert [edges.size(1) for edges in module._edges(batches[0].edge_index)] == [60, 120, 120]
+    assert [edges.size(1) for edges in module._edges(batches[0])] == [60, 120, 120]
 
 
 def test_checkpoint_rebuilds_the_network_and_refuses_another(module, batches, tmp_path):

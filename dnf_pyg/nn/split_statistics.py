@@ -1,0 +1,61 @@
+"""Running statistics of batch normalization kept apart for several data sets."""
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+
+import torch
+from torch import Tensor
+from torch.nn.modules.batchnorm import _BatchNorm
+
+__all__ = ["SplitStatistics"]
+
+
+class SplitStatistics(torch.nn.Module):
+    """Hold the running mean and variance of a network's normalization layers once per data set.
+
+    All data sets share the weights; each batch is normalized, and later evaluated, with the statistics of its own.
+    Source: Chang et al. 2019, "Domain-specific batch normalization" (here the statistics only, not scale and shift).
+
+    Args:
+        net: Network whose layers are meant; it holds the statistics of the data set used last.
+        names: Names of the data sets.
+
+    Example:
+        >>> norm = torch.nn.BatchNorm1d(1)
+        >>> split = SplitStatistics(norm, ["a", "b"])
+        >>> with split.use("a"):
+        ...     _ = norm(torch.full((4, 1), 10.0))
+        >>> with split.use("b"):
+        ...     norm.running_mean
+        tensor([0.])
+    """
+
+    def __init__(self, net: torch.nn.Module, names: Sequence[str]) -> None:
+        super().__init__()
+        self.names = list(names)
+        self._norms = [module for module in net.modules() if isinstance(module, _BatchNorm)]
+        for row, (norm, key) in enumerate(self._places()):
+            own = getattr(norm, key)
+            self.register_buffer(f"values_{row}", own.detach().clone().expand(len(self.names), *own.shape).clone())
+
+    @contextmanager
+    def use(self, name: str) -> Iterator[None]:
+        """Lend the network the statistics of a data set, and keep what it made of them.
+
+        Raises:
+            ValueError: If the data set is not known.
+        """
+        if name not in self.names:
+            raise ValueError(f"Expected 'name' to be one of {self.names} (got {name!r})")
+        place = self.names.index(name)
+        for row, (norm, key) in enumerate(self._places()):  # new tensors: a graph may still hold the old ones
+            setattr(norm, key, self._kept(row)[place].clone())
+        yield
+        for row, (norm, key) in enumerate(self._places()):
+            self._kept(row)[place] = getattr(norm, key)
+
+    def _places(self) -> list[tuple[_BatchNorm, str]]:
+        return [(norm, key) for norm in self._norms for key, _ in norm.named_buffers(recurse=False)]
+
+    def _kept(self, row: int) -> Tensor:
+        return getattr(self, f"values_{row}")
