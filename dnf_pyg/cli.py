@@ -43,7 +43,10 @@ def main(args: Sequence[str] | None = None) -> int:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
-        prog="dnf-pyg", description=dnf_pyg.__doc__, epilog=f"version {dnf_pyg.__version__}"
+        prog="dnf-pyg",
+        description=dnf_pyg.__doc__,
+        epilog="`dnf-pyg COMMAND --help` tells more.",
+        formatter_class=lambda prog: argparse.HelpFormatter(prog, max_help_position=30),
     )
     parser.add_argument("--version", action="version", version=dnf_pyg.__version__)
     subparsers = parser.add_subparsers(metavar="COMMAND", required=True)

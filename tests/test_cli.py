@@ -65,7 +65,7 @@ def test_compare_prints_json(clean_file, noisy_file, capsys):
     noisy = json.loads(capsys.readouterr().out)
     assert main(["compare", str(clean_file), str(clean_file), "--json"]) == 0
     same = json.loads(capsys.readouterr().out)
-    assert same["theta"] == 0
+    assert same["theta"] == pytest.approx(0, abs=1e-9)
     assert same["within_5_degrees"] == 1
     assert same["vertex_error"] == pytest.approx(0, abs=1e-9)
     assert 10 < noisy["theta"] < 30

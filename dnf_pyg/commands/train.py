@@ -32,7 +32,13 @@ def run(words: Sequence[str]) -> None:
     Raises:
         DataError: If the config or an argument is wrong.
     """
-    warnings.filterwarnings("ignore", message="LightningCLI's args parameter")  # given on purpose
+    for harmless in (
+        "LightningCLI's args parameter",
+        ".*LeafSpec",
+        "Experiment logs directory",
+        "Checkpoint directory",
+    ):
+        warnings.filterwarnings("ignore", message=harmless)
     torch.set_float32_matmul_precision("high")
     try:
         TrainingCLI(
