@@ -2,6 +2,7 @@
 
 from datamodules.clean_meshes import CleanMeshesDataModule
 from datamodules.cnr import CNRDataModule
+from datamodules.depth_camera import DepthCameraDataModule
 from datamodules.generated import GeneratedDataModule
 from datamodules.joint import JointDataModule, Part
 from datamodules.pairs import PairsDataModule
@@ -9,6 +10,7 @@ from datamodules.pairs import PairsDataModule
 __all__ = [
     "CNRDataModule",
     "CleanMeshesDataModule",
+    "DepthCameraDataModule",
     "GeneratedDataModule",
     "JointDataModule",
     "PairsDataModule",

@@ -9,7 +9,28 @@ from dnf_pyg.errors import DataError
 from dnf_pyg.mesh.io import SUFFIXES
 from dnf_pyg.mesh.noise import GaussianNormalNoise, Noise
 
-__all__ = ["CleanMeshesDataModule"]
+__all__ = ["CleanMeshesDataModule", "list_meshes"]
+
+
+def list_meshes(root: str | Path, names: list[str] | None = None) -> dict[str, Path]:
+    """List the mesh files of a folder by name.
+
+    Args:
+        root: Folder.
+        names: File names without ending that count; every mesh if not given.
+
+    Raises:
+        DataError: If the folder, a named mesh or any mesh is missing.
+    """
+    folder = Path(root)
+    if not folder.is_dir():
+        raise DataError(f"Expected a folder of clean meshes (got {folder}, which does not exist)")
+    files = {path.stem: path for path in sorted(folder.iterdir()) if path.suffix.lower() in SUFFIXES}
+    names = list(files) if names is None else names
+    absent = [name for name in names if name not in files]
+    if absent or not names:
+        raise DataError(f"Expected meshes ({', '.join(SUFFIXES)}) in {folder} (got none named {absent or 'anything'})")
+    return {name: files[name] for name in names}
 
 
 class CleanMeshesDataModule(PatchDataModule):
@@ -59,14 +80,4 @@ class CleanMeshesDataModule(PatchDataModule):
 
     def _files(self) -> dict[str, Path]:
         """Mesh files by name."""
-        root = Path(self.hparams.root)
-        if not root.is_dir():
-            raise DataError(f"Expected a folder of clean meshes (got {root}, which does not exist)")
-        files = {path.stem: path for path in sorted(root.iterdir()) if path.suffix.lower() in SUFFIXES}
-        names = list(files) if self.hparams.names is None else self.hparams.names
-        absent = [name for name in names if name not in files]
-        if absent or not names:
-            raise DataError(
-                f"Expected meshes ({', '.join(SUFFIXES)}) in {root} (got none named {absent or 'anything'})"
-            )
-        return {name: files[name] for name in names}
+        return list_meshes(self.hparams.root, self.hparams.names)
