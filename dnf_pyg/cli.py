@@ -46,10 +46,9 @@ def _parser() -> argparse.ArgumentParser:
         prog="dnf-pyg",
         description=dnf_pyg.__doc__,
         epilog="`dnf-pyg COMMAND --help` tells more.",
-        formatter_class=lambda prog: argparse.HelpFormatter(prog, max_help_position=30),
     )
     parser.add_argument("--version", action="version", version=dnf_pyg.__version__)
-    subparsers = parser.add_subparsers(metavar="COMMAND", required=True)
+    subparsers = parser.add_subparsers(metavar="COMMAND [OPTIONS]", required=True)
     for name, (module, summary) in COMMANDS.items():
         subparser = subparsers.add_parser(name, help=summary, description=module.__doc__)
         module.add_arguments(subparser)
