@@ -9,7 +9,7 @@ from torch_geometric.data import Data
 from torch_geometric.loader import DataLoader
 from torch_geometric.transforms import Compose
 
-from datamodules.sampling import EpochSampler, SeededItems
+from datamodules.sampling import EpochSampler, SeededItems, ShareSampler
 from dnf_pyg.data import JitterNormal, PatchDataset, RandomRotation
 from dnf_pyg.mesh.noise import Noise
 
@@ -91,15 +91,19 @@ class PatchDataModule(LightningDataModule):
 
     def val_dataloader(self) -> DataLoader:
         """Validation patches."""
-        return DataLoader(self.dataset("val"), self.batch_size)
+        return self._in_order("val")
 
     def test_dataloader(self) -> DataLoader:
         """Test patches."""
-        return DataLoader(self.dataset("test"), self.batch_size)
+        return self._in_order("test")
 
     def predict_dataloader(self) -> DataLoader:
         """Test patches."""
         return self.test_dataloader()
+
+    def _in_order(self, split: str) -> DataLoader:
+        dataset = self.dataset(split)
+        return DataLoader(dataset, self.batch_size, sampler=ShareSampler(dataset))
 
     def _progress(self) -> tuple[int, int]:
         """Epoch that begins, and items of it that a resumed run has seen already."""

@@ -6,7 +6,7 @@ import torch
 from torch.utils.data import Dataset, DistributedSampler
 from torch_geometric.data import Data
 
-__all__ = ["EpochSampler", "SeededItems"]
+__all__ = ["EpochSampler", "SeededItems", "ShareSampler"]
 
 
 class EpochSampler(DistributedSampler):
@@ -27,8 +27,7 @@ class EpochSampler(DistributedSampler):
     """
 
     def __init__(self, dataset: Dataset, seed: int, progress: Callable[[], tuple[int, int]]) -> None:
-        parallel = torch.distributed.is_available() and torch.distributed.is_initialized()
-        super().__init__(dataset, None if parallel else 1, None if parallel else 0, shuffle=True, seed=seed)
+        super().__init__(dataset, *_processes(), shuffle=True, seed=seed)
         self.progress = progress
         self.resuming = True
 
@@ -72,3 +71,33 @@ class SeededItems(Dataset):
         with torch.random.fork_rng(devices=[]):
             torch.manual_seed((self.seed * 1_000_003 + epoch) * 1_000_003 + item)
             return self.dataset[item]
+
+
+class ShareSampler(DistributedSampler):
+    """Share items out over the processes in order, each once: no padding that a metric would count twice.
+
+    Args:
+        dataset: Data set to draw from.
+
+    Example:
+        >>> list(ShareSampler([7, 8, 9]))
+        [0, 1, 2]
+    """
+
+    def __init__(self, dataset: Dataset) -> None:
+        super().__init__(dataset, *_processes(), shuffle=False)
+
+    def __iter__(self) -> Iterator[int]:
+        """Every item of this process."""
+        return iter(range(self.rank, len(self.dataset), self.num_replicas))  # type: ignore[arg-type]
+
+    def __len__(self) -> int:
+        return len(range(self.rank, len(self.dataset), self.num_replicas))  # type: ignore[arg-type]
+
+
+def _processes() -> tuple[int, int]:
+    """Number of processes, and which of them this is."""
+    distributed = torch.distributed
+    if not (distributed.is_available() and distributed.is_initialized()):
+        return 1, 0
+    return distributed.get_world_size(), distributed.get_rank()

@@ -1,0 +1,73 @@
+"""Two processes with gloo train on the same batches, and reach the same losses, as one with the same global batch."""
+
+import json
+import subprocess
+import sys
+import textwrap
+
+import pytest
+import torch
+
+SCRIPT = textwrap.dedent(
+    """
+    import json, sys
+    import torch
+    from lightning.pytorch import Callback, Trainer, seed_everything
+    from datamodules import CleanMeshesDataModule
+    from dnf_pyg.module import NormalFilteringModule
+    from dnf_pyg.nn import DNFNet
+
+    root, cache, out, processes = sys.argv[1], sys.argv[2], sys.argv[3], int(sys.argv[4])
+
+    class Record(Callback):
+        rows = []
+
+        def on_train_batch_start(self, trainer, module, batch, batch_idx):
+            module.net.eval()  # batch statistics belong to a process; the loss must not depend on them here
+
+        def on_train_batch_end(self, trainer, module, outputs, batch, batch_idx):
+            self.rows.append([float(outputs["loss"]), *batch.normal.view(-1, 40 * 3).sum(1).tolist()])
+
+        def on_fit_end(self, trainer, module):
+            with open(f"{out}/{processes}-{trainer.global_rank}.json", "w") as file:
+                json.dump(self.rows, file)
+
+    torch.set_num_threads(1)
+    seed_everything(0)
+    data = CleanMeshesDataModule(root, num_patches=8, patch_size=40, k=8, batch_size=4 // processes, val_share=0.3,
+                                 cache=cache)
+    module = NormalFilteringModule(DNFNet(k=(3, 5, 8), channels=(8, 8, 8), embedding_channels=8, residual_k=4))
+    trainer = Trainer(accelerator="cpu", devices=processes, strategy="ddp" if processes > 1 else "auto", max_epochs=2,
+                      callbacks=[Record()], logger=False, enable_progress_bar=False, enable_model_summary=False,
+                      enable_checkpointing=False, limit_val_batches=0)
+    trainer.fit(module, data)
+    data.hparams.num_patches = 7  # not a multiple of the processes
+    theta = trainer.test(module, data, verbose=False)[0]["test/theta"]
+    with open(f"{out}/theta-{processes}-{trainer.global_rank}.json", "w") as file:
+        json.dump(theta, file)
+    """
+)
+
+
+@pytest.fixture
+def records(clean_folder, tmp_path):
+    script = tmp_path / "train.py"
+    script.write_text(SCRIPT)
+    for processes in (1, 2):
+        command = [sys.executable, script, clean_folder, tmp_path / "cache", tmp_path, str(processes)]
+        done = subprocess.run([str(word) for word in command], capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+    return {name: json.loads((tmp_path / f"{name}.json").read_text()) for name in ("1-0", "2-0", "2-1")}
+
+
+def test_padding_is_not_counted(records, tmp_path):
+    thetas = [json.loads((tmp_path / f"theta-{name}.json").read_text()) for name in ("1-0", "2-0", "2-1")]
+    assert thetas == pytest.approx([thetas[0]] * 3, rel=1e-4)
+
+
+def test_two_processes_share_the_batches_of_one(records):
+    one, first, second = (torch.tensor(records[name], dtype=torch.float64) for name in ("1-0", "2-0", "2-1"))
+    assert one.shape == (8, 5)  # 16 patches of two meshes, four a step, two epochs
+    shared = torch.cat([first[:, 1:], second[:, 1:]], dim=1)
+    torch.testing.assert_close(shared.sort(1).values, one[:, 1:].sort(1).values)
+    torch.testing.assert_close((first[:, 0] + second[:, 0]) / 2, one[:, 0], rtol=1e-4, atol=1e-5)
