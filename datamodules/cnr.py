@@ -89,7 +89,7 @@ class CNRDataModule(PatchDataModule):
         seed: int = 0,
     ) -> None:
         super().__init__(batch_size, num_workers, rotate, jitter)
-        self.save_hyperparameters()
+        self.remember(locals())
 
     def dataset(self, split: str) -> Dataset:
         """Patches of ``train``, ``val`` or ``test``."""

@@ -58,7 +58,7 @@ class DepthCameraDataModule(PatchDataModule):
         seed: int = 0,
     ) -> None:
         super().__init__(batch_size, num_workers, rotate, jitter)
-        self.save_hyperparameters(ignore=["camera"])
+        self.remember(locals(), "camera")
         self.camera = KinectV1() if camera is None else camera
 
     def prepare_data(self) -> None:

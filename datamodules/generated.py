@@ -58,7 +58,7 @@ class GeneratedDataModule(PatchDataModule):
         seed: int = 0,
     ) -> None:
         super().__init__(batch_size, num_workers, rotate, jitter)
-        self.save_hyperparameters(ignore=["noise"])
+        self.remember(locals(), "noise")
         self.noise = GaussianNormalNoise() if noise is None else noise
 
     def dataset(self, split: str) -> Dataset:

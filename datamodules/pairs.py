@@ -115,7 +115,7 @@ class PairsDataModule(PatchDataModule):
         seed: int = 0,
     ) -> None:
         super().__init__(batch_size, num_workers, rotate, jitter)
-        self.save_hyperparameters()
+        self.remember(locals())
         self._pairs: list[Pair] | None = None
 
     def dataset(self, split: str) -> Dataset:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from lightning.pytorch import LightningDataModule
 from torch.utils.data import Dataset
@@ -45,6 +46,14 @@ class PatchDataModule(LightningDataModule):
         self.num_workers = num_workers
         steps = ([RandomRotation()] if rotate else []) + ([JitterNormal(jitter, 2 * jitter)] if jitter else [])
         self.augmentation: Callable[[Data], Data] | None = Compose(steps) if steps else None
+
+    def remember(self, arguments: dict[str, Any], *ignore: str) -> None:
+        """Keep the arguments of ``__init__``, given as ``locals()``, as hyperparameters; objects are to be ignored.
+
+        Plain ``save_hyperparameters()`` would take those of the outer module where a joint one is built from a file.
+        """
+        leave_out = {"self", "__class__", *ignore}
+        self.save_hyperparameters({name: value for name, value in arguments.items() if name not in leave_out})
 
     def dataset(self, split: str) -> Dataset:
         """Patches of ``train``, ``val`` or ``test``."""

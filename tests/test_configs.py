@@ -14,12 +14,21 @@ SMALL_NET = ["--model.net.channels=[4,4,4]", "--model.net.embedding_channels=4",
 @pytest.mark.parametrize("path", CONFIGS, ids=lambda path: path.stem)
 def test_config_fits(path, cnr_folder, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    data = yaml.safe_load(path.read_text())["data"]["init_args"]
-    words = ["--data.patch_size=60", "--data.num_patches=2", "--data.batch_size=2"]
-    if "root" in data:
-        words += [f"--data.root={cnr_folder}", f"--data.cache={tmp_path / 'cache'}"]
+    config = yaml.safe_load(path.read_text())["data"]
+    small, cache = {"patch_size": 60, "num_patches": 2, "batch_size": 2}, tmp_path / "cache"
+    if config["class_path"].endswith("JointDataModule"):
+        options = {
+            f"parts.{name}.data.init_args.{key}": value
+            for name in config["init_args"]["parts"]
+            for key, value in {**small, "root": cnr_folder, "cache": cache}.items()
+        }
+    elif config["class_path"].endswith("CNRDataModule"):
+        options = {**small, "root": cnr_folder, "cache": cache}
+    elif config["class_path"].endswith("CleanMeshesDataModule"):
+        options = {**small, "root": cnr_folder / "Synthetic/train/original", "names": "null", "cache": cache}
     else:
-        words += ["--data.num_faces=500", "--data.num_meshes=2", f"--data.root={tmp_path / 'data'}"]
+        options = {**small, "root": tmp_path / "data", "num_faces": 500, "num_meshes": 2}
+    words = [f"--data.{key}={value}" for key, value in options.items()]
     words += ["--trainer.fast_dev_run=true", "--trainer.accelerator=cpu"]
     assert main(["fit", "-c", str(path), *SMALL_NET, *words]) == 0
 
