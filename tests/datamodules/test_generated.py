@@ -1,0 +1,30 @@
+import torch
+
+from datamodules import CleanMeshesDataModule, GeneratedDataModule
+from dnf_pyg.data import PatchDataset
+
+SMALL = {"num_patches": 3, "patch_size": 40, "k": 8, "batch_size": 2}
+
+
+def test_makes_the_meshes_once(tmp_path):
+    data = GeneratedDataModule(str(tmp_path), kinds=["simple", "blob"], num_meshes=1, num_faces=600, **SMALL)
+    data.prepare_data()
+    files = sorted((tmp_path / "raw").iterdir())
+    assert [path.name for path in files] == ["blob-0-600.ply", "simple-0-600.ply"]
+    times = [path.stat().st_mtime_ns for path in files]
+    data.prepare_data()
+    assert [path.stat().st_mtime_ns for path in files] == times
+    batch = next(iter(data.train_dataloader()))
+    assert batch.normal.shape == (80, 3)
+
+
+def test_noise_is_new_in_training_and_fixed_in_validation(clean_folder, tmp_path):
+    data = CleanMeshesDataModule(
+        str(clean_folder), cache=str(tmp_path / "cache"), val_share=0.34, rotate=False, **SMALL
+    )
+    train, val = data.dataset("train"), data.dataset("val")
+    assert isinstance(train, PatchDataset)
+    assert not torch.equal(train[0].normal, train[0].normal)
+    assert torch.equal(train[0].clean_normal, train[0].clean_normal)
+    assert torch.equal(val[0].normal, val[0].normal)
+    assert not torch.equal(val[0].normal, val[0].clean_normal)
