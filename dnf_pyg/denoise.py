@@ -11,6 +11,7 @@ from torch import Tensor
 
 from dnf_pyg.filtering import Progress, filter_normals
 from dnf_pyg.mesh.adjacency import boundary_vertices
+from dnf_pyg.mesh.geodesic import Growth
 from dnf_pyg.mesh.noise_level import estimate_noise_level
 from dnf_pyg.mesh.validate import validate_mesh
 from dnf_pyg.mesh.vertex_update import flipped_faces, update_vertices
@@ -67,6 +68,7 @@ def denoise(
     repeat: int = 1,
     mask: Tensor | None = None,
     preserve_boundary: bool = False,
+    growth: Growth | None = None,
     patch_size: int = 800,
     min_coverage: int = 2,
     batch_size: int = 4,
@@ -89,6 +91,7 @@ def denoise(
         repeat: Times that the network filters, each time its own result; 2 suits strong noise.
         mask: Vertices that may move, (V,) bool; all if not given.
         preserve_boundary: Leave vertices on open boundaries in place.
+        growth: How a patch grows around its seed: ``DijkstraGrowth()``, the default, or ``HeatGrowth()``.
         patch_size: Faces per patch.
         min_coverage: Patches that every face lies in, at least.
         batch_size: Patches per call of the network.
@@ -123,6 +126,7 @@ def denoise(
             net,
             pos,
             welded.face,
+            growth=growth,
             patch_size=patch_size,
             min_coverage=min_coverage,
             batch_size=batch_size,

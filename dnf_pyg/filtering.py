@@ -10,6 +10,7 @@ from torch_geometric.data import Batch
 
 from dnf_pyg.data.patch import Patch, PatchExtractor, patch_to_data
 from dnf_pyg.data.seeds import cover
+from dnf_pyg.mesh.geodesic import Growth
 from dnf_pyg.mesh.geometry import filled_face_normals, mean_edge_length
 from dnf_pyg.nn import DNFNet
 
@@ -41,6 +42,7 @@ def filter_normals(
     pos: Tensor,
     face: Tensor,
     *,
+    growth: Growth | None = None,
     patch_size: int = 800,
     min_coverage: int = 2,
     batch_size: int = 4,
@@ -57,6 +59,7 @@ def filter_normals(
         net: The network, in evaluation mode.
         pos: Noisy vertex positions, (V, 3).
         face: Faces, (3, F).
+        growth: How a patch grows around its seed; by Dijkstra's algorithm if not given.
         patch_size: Faces per patch.
         min_coverage: Patches that every face lies in, at least.
         batch_size: Patches per call of the network.
@@ -73,7 +76,7 @@ def filter_normals(
     pos = (pos - pos.mean(dim=0)) / mean_edge_length(pos, face).clamp(min=torch.finfo(pos.dtype).tiny)
     num_faces = face.size(1)
     noisy = filled_face_normals(pos, face).float()
-    extractor = PatchExtractor(pos, face, patch_size=patch_size, k=max(net.k))
+    extractor = PatchExtractor(pos, face, growth, patch_size, k=max(net.k))
     patches = cover(extractor, min_coverage=min_coverage, generator=torch.Generator().manual_seed(seed))
     total, weights = torch.zeros(num_faces, 3), torch.zeros(num_faces)
     coverage = torch.zeros(num_faces, dtype=torch.long)

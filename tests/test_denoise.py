@@ -3,6 +3,7 @@ import torch
 import trimesh
 
 from dnf_pyg import MeshError, denoise
+from dnf_pyg.mesh import DijkstraGrowth, HeatGrowth
 from dnf_pyg.mesh.geometry import mean_edge_length
 from dnf_pyg.nn import DNFNet
 
@@ -141,3 +142,12 @@ def test_rejects_meshes_it_cannot_take(noisy, net):
     noisy.vertices[7] = float("nan")
     with pytest.raises(MeshError, match="finite"):
         run(noisy, net)
+
+
+def test_growth_is_the_callers_choice(noisy, net):
+    by_default, dijkstra, heat = (
+        denoise(noisy, net, patch_size=100, growth=growth) for growth in (None, DijkstraGrowth(), HeatGrowth())
+    )
+    torch.testing.assert_close(by_default.pos, dijkstra.pos)
+    assert not torch.equal(heat.normal, dijkstra.normal)  # other patches
+    assert int(heat.coverage.min()) >= 2

@@ -14,6 +14,7 @@ from dnf_pyg.commands.compare import read_reference
 from dnf_pyg.commands.outcome import Outcome, outcome_figures, outcome_text
 from dnf_pyg.denoise import denoise
 from dnf_pyg.errors import DNFError, MeshFileError
+from dnf_pyg.mesh.geodesic import DijkstraGrowth, HeatGrowth
 from dnf_pyg.mesh.io import SUFFIXES, check_suffix, read_mesh, write_mesh
 from dnf_pyg.mesh.selection import read_selection
 from dnf_pyg.nn import DNFNet
@@ -23,8 +24,10 @@ from dnf_pyg.report import draw_meshes, write_report
 __all__ = ["add_arguments", "run"]
 
 _PRECISIONS = {"fp32": torch.float32, "bf16": torch.bfloat16}
+_GROWTHS = {"dijkstra": DijkstraGrowth, "heat": HeatGrowth}
 _SETTINGS = (
-    "weights strength max_move iterations repeat mask preserve_boundary patch_size coverage seed device precision"
+    "weights strength max_move iterations repeat mask preserve_boundary "
+    "growth patch_size coverage seed device precision"
 )
 
 
@@ -53,6 +56,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     running = parser.add_argument_group("running")
     add = running.add_argument
     add("--patch-size", type=_count, default=800, metavar="N", help="faces per patch (%(default)s)")
+    add("--growth", choices=_GROWTHS, default="dijkstra", help="geodesic distance that patches follow (%(default)s)")
     add("--coverage", type=_count, default=2, metavar="M", help="patches that every face lies in (%(default)s)")
     add("--device", default="cpu", help="cpu, cuda, cuda:1, mps (%(default)s)")
     add("--precision", choices=sorted(_PRECISIONS), default="fp32", help="of the network (%(default)s)")
@@ -119,6 +123,7 @@ def _run_one(path: Path, output: Path, net: DNFNet, options: argparse.Namespace)
             repeat=options.repeat,
             mask=mask,
             preserve_boundary=options.preserve_boundary,
+            growth=_GROWTHS[options.growth](),
             patch_size=options.patch_size,
             min_coverage=options.coverage,
             seed=options.seed,
