@@ -118,8 +118,7 @@ class PatchDataModule(LightningDataModule):
         """Epoch that begins, and items of it that a resumed run has seen already."""
         if self.trainer is None:
             return 0, 0
-        loop = self.trainer.fit_loop
-        epoch, batches = loop.epoch_progress.current.processed, loop.epoch_loop.batch_progress.current.ready
-        if batches >= self.trainer.num_training_batches:  # saved after the last batch
-            return max(epoch, loop.epoch_progress.current.ready), 0
-        return epoch, batches * self.batch_size
+        epoch, batches = self.trainer.fit_loop.epoch_progress.current, self.trainer.fit_loop.epoch_loop.batch_progress
+        if batches.current.ready and batches.is_last_batch:  # saved after the last batch of an epoch
+            return max(epoch.processed, epoch.ready), 0
+        return epoch.processed, batches.current.ready * self.batch_size

@@ -52,7 +52,7 @@ def curve(out):
         return {int(step): float(loss) for step, loss in csv.reader(file)}  # steps done again overwrite
 
 
-@pytest.mark.parametrize(("kill_at", "workers"), [(5, 0), (8, 1)])
+@pytest.mark.parametrize(("kill_at", "workers"), [(5, 0), (5, 1), (8, 1)])
 def test_killed_and_resumed_has_the_same_curve(clean_folder, tmp_path, kill_at, workers):
     whole = run(clean_folder, tmp_path / "whole")
     assert whole.returncode == 0, whole.stderr
