@@ -6,6 +6,7 @@ from torch.utils.data import Dataset
 
 from datamodules.patches import PatchDataModule
 from dnf_pyg.errors import DataError
+from dnf_pyg.mesh import Growth
 from dnf_pyg.mesh.io import SUFFIXES
 from dnf_pyg.mesh.noise import GaussianNormalNoise, Noise
 
@@ -44,6 +45,7 @@ class CleanMeshesDataModule(PatchDataModule):
         num_patches: Patches per mesh.
         patch_size: Faces per patch.
         k: Nearest faces kept for each face.
+        growth: How patches grow; by Dijkstra's algorithm if not given, else :class:`~dnf_pyg.mesh.HeatGrowth`.
         batch_size: Patches per batch.
         val_share: Share of the meshes held back; their noise is the same in every epoch.
         cache: Folder for the prepared patches; ``root`` if not given.
@@ -62,6 +64,7 @@ class CleanMeshesDataModule(PatchDataModule):
         num_patches: int = 300,
         patch_size: int = 800,
         k: int = 50,
+        growth: Growth | None = None,
         batch_size: int = 10,
         val_share: float = 0.1,
         cache: str | None = None,
@@ -70,8 +73,8 @@ class CleanMeshesDataModule(PatchDataModule):
         jitter: float = 0.0,
         seed: int = 0,
     ) -> None:
-        super().__init__(batch_size, num_workers, rotate, jitter)
-        self.remember(locals(), "noise")
+        super().__init__(batch_size, num_workers, rotate, jitter, growth)
+        self.remember(locals(), "growth", "noise")
         self.noise = GaussianNormalNoise() if noise is None else noise
 
     def dataset(self, split: str) -> Dataset:

@@ -9,6 +9,7 @@ from torch.utils.data import Dataset
 from datamodules.patches import PatchDataModule, spread
 from dnf_pyg.data import PatchDataset
 from dnf_pyg.errors import DataError
+from dnf_pyg.mesh import Growth
 
 __all__ = ["CNRDataModule", "cnr_pairs"]
 
@@ -64,6 +65,7 @@ class CNRDataModule(PatchDataModule):
         num_patches: Patches per noisy mesh.
         patch_size: Faces per patch.
         k: Nearest faces kept for each face.
+        growth: How patches grow; by Dijkstra's algorithm if not given, else :class:`~dnf_pyg.mesh.HeatGrowth`.
         batch_size: Patches per batch.
         val_share: Share of the training meshes held back for validation, with all their noisy versions.
         cache: Folder for the prepared patches; beside the meshes, in ``root/processed``, if not given.
@@ -80,6 +82,7 @@ class CNRDataModule(PatchDataModule):
         num_patches: int = 100,
         patch_size: int = 800,
         k: int = 50,
+        growth: Growth | None = None,
         batch_size: int = 10,
         val_share: float = 0.1,
         cache: str | None = None,
@@ -88,8 +91,8 @@ class CNRDataModule(PatchDataModule):
         jitter: float = 0.005,
         seed: int = 0,
     ) -> None:
-        super().__init__(batch_size, num_workers, rotate, jitter)
-        self.remember(locals())
+        super().__init__(batch_size, num_workers, rotate, jitter, growth)
+        self.remember(locals(), "growth")
 
     def dataset(self, split: str) -> Dataset:
         """Patches of ``train``, ``val`` or ``test``."""
@@ -104,6 +107,7 @@ class CNRDataModule(PatchDataModule):
             num_patches=options.num_patches,
             patch_size=options.patch_size,
             k=options.k,
+            growth=self.growth,
             seed=options.seed,
             transform=self.augmentation if split == "train" else None,
         )

@@ -11,6 +11,7 @@ from torch.utils.data import Dataset
 from datamodules.clean_meshes import list_meshes
 from datamodules.patches import PatchDataModule, spread
 from dnf_pyg.data import PatchDataset
+from dnf_pyg.mesh import Growth
 from dnf_pyg.mesh.depth_camera import DepthCamera, KinectV1
 from dnf_pyg.mesh.io import read_mesh, write_mesh
 from dnf_pyg.mesh.shapes.dice import Dice
@@ -32,6 +33,7 @@ class DepthCameraDataModule(PatchDataModule):
         num_patches: Patches per view.
         patch_size: Faces per patch.
         k: Nearest faces kept for each face.
+        growth: How patches grow; by Dijkstra's algorithm if not given, else :class:`~dnf_pyg.mesh.HeatGrowth`.
         batch_size: Patches per batch.
         val_share: Share of the meshes held back for validation and testing, with all their views.
         num_workers: Processes that load training patches.
@@ -50,6 +52,7 @@ class DepthCameraDataModule(PatchDataModule):
         num_patches: int = 200,
         patch_size: int = 800,
         k: int = 150,
+        growth: Growth | None = None,
         batch_size: int = 10,
         val_share: float = 0.1,
         num_workers: int = 0,
@@ -57,8 +60,8 @@ class DepthCameraDataModule(PatchDataModule):
         jitter: float = 0.005,
         seed: int = 0,
     ) -> None:
-        super().__init__(batch_size, num_workers, rotate, jitter)
-        self.remember(locals(), "camera")
+        super().__init__(batch_size, num_workers, rotate, jitter, growth)
+        self.remember(locals(), "growth", "camera")
         self.camera = KinectV1() if camera is None else camera
 
     def prepare_data(self) -> None:
@@ -81,6 +84,7 @@ class DepthCameraDataModule(PatchDataModule):
             num_patches=options.num_patches,
             patch_size=options.patch_size,
             k=options.k,
+            growth=self.growth,
             seed=options.seed,
             transform=self.augmentation if split == "train" else None,
         )

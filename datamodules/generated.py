@@ -9,6 +9,7 @@ from rich.progress import track
 from torch.utils.data import Dataset
 
 from datamodules.patches import PatchDataModule
+from dnf_pyg.mesh import Growth
 from dnf_pyg.mesh.io import write_mesh
 from dnf_pyg.mesh.noise import GaussianNormalNoise, Noise
 from dnf_pyg.mesh.shapes import SHAPES
@@ -31,6 +32,7 @@ class GeneratedDataModule(PatchDataModule):
         num_patches: Patches per mesh.
         patch_size: Faces per patch.
         k: Nearest faces kept for each face.
+        growth: How patches grow; by Dijkstra's algorithm if not given, else :class:`~dnf_pyg.mesh.HeatGrowth`.
         batch_size: Patches per batch.
         val_share: Share of the meshes held back; their noise is the same in every epoch.
         num_workers: Processes that load training patches.
@@ -50,6 +52,7 @@ class GeneratedDataModule(PatchDataModule):
         num_patches: int = 100,
         patch_size: int = 800,
         k: int = 50,
+        growth: Growth | None = None,
         batch_size: int = 10,
         val_share: float = 0.1,
         num_workers: int = 0,
@@ -57,8 +60,8 @@ class GeneratedDataModule(PatchDataModule):
         jitter: float = 0.0,
         seed: int = 0,
     ) -> None:
-        super().__init__(batch_size, num_workers, rotate, jitter)
-        self.remember(locals(), "noise")
+        super().__init__(batch_size, num_workers, rotate, jitter, growth)
+        self.remember(locals(), "growth", "noise")
         self.noise = GaussianNormalNoise() if noise is None else noise
 
     def dataset(self, split: str) -> Dataset:

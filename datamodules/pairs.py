@@ -11,6 +11,7 @@ from torch.utils.data import Dataset
 from datamodules.patches import PatchDataModule, spread
 from dnf_pyg.data import PatchDataset
 from dnf_pyg.errors import DataError, DNFError
+from dnf_pyg.mesh import Growth
 from dnf_pyg.mesh.io import SUFFIXES, read_mesh
 
 __all__ = ["PairsDataModule", "find_pairs", "sound_pairs"]
@@ -88,6 +89,7 @@ class PairsDataModule(PatchDataModule):
         num_patches: Patches per noisy mesh.
         patch_size: Faces per patch.
         k: Nearest faces kept for each face.
+        growth: How patches grow; by Dijkstra's algorithm if not given, else :class:`~dnf_pyg.mesh.HeatGrowth`.
         batch_size: Patches per batch.
         val_share: Share of the clean meshes held back for validation and testing, with all their noisy versions.
         cache: Folder for the prepared patches; ``noisy`` if not given.
@@ -106,6 +108,7 @@ class PairsDataModule(PatchDataModule):
         num_patches: int = 100,
         patch_size: int = 800,
         k: int = 50,
+        growth: Growth | None = None,
         batch_size: int = 10,
         val_share: float = 0.1,
         cache: str | None = None,
@@ -114,8 +117,8 @@ class PairsDataModule(PatchDataModule):
         jitter: float = 0.005,
         seed: int = 0,
     ) -> None:
-        super().__init__(batch_size, num_workers, rotate, jitter)
-        self.remember(locals())
+        super().__init__(batch_size, num_workers, rotate, jitter, growth)
+        self.remember(locals(), "growth")
         self._pairs: list[Pair] | None = None
 
     def dataset(self, split: str) -> Dataset:
@@ -130,6 +133,7 @@ class PairsDataModule(PatchDataModule):
             num_patches=options.num_patches,
             patch_size=options.patch_size,
             k=options.k,
+            growth=self.growth,
             seed=options.seed,
             transform=self.augmentation if split == "train" else None,
         )

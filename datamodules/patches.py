@@ -12,6 +12,7 @@ from torch_geometric.transforms import Compose
 
 from datamodules.sampling import EpochSampler, SeededItems, ShareSampler
 from dnf_pyg.data import JitterNormal, PatchDataset, RandomRotation
+from dnf_pyg.mesh import Growth
 from dnf_pyg.mesh.noise import Noise
 
 __all__ = ["PatchDataModule", "spread"]
@@ -38,10 +39,14 @@ class PatchDataModule(LightningDataModule):
         num_workers: Processes that load training patches; 0 loads in the training process.
         rotate: Turn every training patch by a random rotation.
         jitter: Standard deviation of the jitter of the training normals, clipped at twice its value; 0 for none.
+        growth: How patches grow; by Dijkstra's algorithm if not given.
     """
 
-    def __init__(self, batch_size: int, num_workers: int, rotate: bool, jitter: float) -> None:
+    def __init__(
+        self, batch_size: int, num_workers: int, rotate: bool, jitter: float, growth: Growth | None = None
+    ) -> None:
         super().__init__()
+        self.growth = growth
         self.batch_size = batch_size
         self.num_workers = num_workers
         steps = ([RandomRotation()] if rotate else []) + ([JitterNormal(jitter, 2 * jitter)] if jitter else [])
@@ -73,6 +78,7 @@ class PatchDataModule(LightningDataModule):
             num_patches=options.num_patches,
             patch_size=options.patch_size,
             k=options.k,
+            growth=self.growth,
             noise=noise,
             noise_level=tuple(options.noise_level),
             noise_seed=None if split == "train" else options.seed,

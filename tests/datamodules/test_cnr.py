@@ -1,7 +1,11 @@
 import pytest
+import torch
 
 from datamodules.cnr import CNRDataModule, cnr_pairs
+from dnf_pyg.data import PatchExtractor
 from dnf_pyg.errors import DataError
+from dnf_pyg.mesh import HeatGrowth
+from dnf_pyg.mesh.io import read_mesh
 
 
 def module(root, cache, **options):
@@ -45,3 +49,12 @@ def test_missing_folder_names_the_source(tmp_path):
 def test_the_benchmark_itself(cnr_root):
     assert len(cnr_pairs(cnr_root, "Synthetic", "test")) == 36
     assert len(cnr_pairs(cnr_root, "Synthetic", "train")) == 3 * 41
+
+
+def test_patches_grow_as_configured(cnr_folder, tmp_path):
+    data = module(cnr_folder, tmp_path, growth=HeatGrowth()).dataset("test")
+    mesh = read_mesh(data.pairs[0][0])
+    extractor = PatchExtractor(mesh.pos, mesh.face, HeatGrowth(), patch_size=40, k=8)
+    for patch in (data[0], data[1]):
+        torch.testing.assert_close(patch.face_id, extractor.extract(int(patch.face_id[0])).face_id)
+    assert data.processed_file_names != module(cnr_folder, tmp_path).dataset("test").processed_file_names
