@@ -14,7 +14,7 @@ from dnf_pyg.commands.compare import read_reference
 from dnf_pyg.commands.outcome import Outcome, outcome_figures, outcome_text
 from dnf_pyg.denoise import denoise
 from dnf_pyg.errors import DNFError, MeshFileError
-from dnf_pyg.mesh.geodesic import DijkstraGrowth, HeatGrowth
+from dnf_pyg.mesh.geodesic import DijkstraGrowth, Growth, HeatGrowth
 from dnf_pyg.mesh.io import SUFFIXES, check_suffix, read_mesh, write_mesh
 from dnf_pyg.mesh.selection import read_selection
 from dnf_pyg.nn import DNFNet
@@ -24,7 +24,7 @@ from dnf_pyg.report import draw_meshes, write_report
 __all__ = ["add_arguments", "run"]
 
 _PRECISIONS = {"fp32": torch.float32, "bf16": torch.bfloat16}
-_GROWTHS = {"dijkstra": DijkstraGrowth, "heat": HeatGrowth}
+_GROWTHS: dict[str, type[Growth]] = {"dijkstra": DijkstraGrowth, "heat": HeatGrowth}
 _SETTINGS = (
     "weights strength max_move iterations repeat mask preserve_boundary "
     "growth patch_size coverage seed device precision"
