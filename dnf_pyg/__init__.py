@@ -4,8 +4,8 @@ import os
 
 __version__ = "0.1.0"
 
-# Threads of torch that wait must sleep, not spin: spinning is ten times slower where other programs want the cores.
-os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
+# Threads of torch that wait soon sleep: spinning for long stalls everything where other programs want the cores.
+os.environ.setdefault("GOMP_SPINCOUNT", "30000")
 
 from dnf_pyg.denoise import DenoiseResult, denoise
 from dnf_pyg.errors import DataError, DNFError, MeshError, MeshFileError, WeightsError
