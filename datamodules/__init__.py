@@ -1,10 +1,11 @@
-"""Data modules for `dnf-pyg fit`, one per source of meshes."""
+"""Data modules for `dnf-pyg fit`, one per source of meshes, and one for `dnf-pyg predict`."""
 
 from datamodules.clean_meshes import CleanMeshesDataModule
 from datamodules.cnr import CNRDataModule
 from datamodules.depth_camera import DepthCameraDataModule
 from datamodules.generated import GeneratedDataModule
 from datamodules.joint import JointDataModule, Part
+from datamodules.mesh_files import MeshFilesDataModule
 from datamodules.pairs import PairsDataModule
 
 __all__ = [
@@ -13,6 +14,7 @@ __all__ = [
     "DepthCameraDataModule",
     "GeneratedDataModule",
     "JointDataModule",
+    "MeshFilesDataModule",
     "PairsDataModule",
     "Part",
 ]

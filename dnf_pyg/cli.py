@@ -1,11 +1,11 @@
-"""The command ``dnf-pyg``: training through LightningCLI, and the mesh commands of :mod:`dnf_pyg.commands`."""
+"""The command ``dnf-pyg``: training and prediction through Lightning, and the mesh commands."""
 
 import argparse
 import sys
 from collections.abc import Sequence
 
 import dnf_pyg
-from dnf_pyg.commands import COMMANDS, TRAINING, train
+from dnf_pyg.commands import COMMANDS, LIGHTNING
 from dnf_pyg.errors import DNFError
 
 __all__ = ["main"]
@@ -26,8 +26,8 @@ def main(args: Sequence[str] | None = None) -> int:
     """
     words = list(sys.argv[1:] if args is None else args)
     try:
-        if words and words[0] in TRAINING:
-            train.run(words)
+        if words and words[0] in LIGHTNING:
+            LIGHTNING[words[0]][0].run(words)
         else:
             options = _parser().parse_args(words or ["--help"])
             options.run(options)
@@ -52,6 +52,6 @@ def _parser() -> argparse.ArgumentParser:
         subparser = subparsers.add_parser(name, help=summary, description=module.__doc__)
         module.add_arguments(subparser)
         subparser.set_defaults(run=module.run)
-    for name, summary in TRAINING.items():  # listed here, parsed by LightningCLI
+    for name, (_, summary) in LIGHTNING.items():  # listed here, parsed by Lightning
         subparsers.add_parser(name, help=summary, add_help=False)
     return parser

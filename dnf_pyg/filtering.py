@@ -1,7 +1,7 @@
 """Filtered facet normals of a whole mesh: cover it with patches, filter each, fuse them."""
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import torch
@@ -13,6 +13,7 @@ from dnf_pyg.data.seeds import cover
 from dnf_pyg.mesh.geodesic import Growth
 from dnf_pyg.mesh.geometry import filled_face_normals, mean_edge_length
 from dnf_pyg.nn import DNFNet
+from dnf_pyg.nn.subsample import spread_neighbors
 
 __all__ = ["FilteredNormals", "Progress", "filter_normals"]
 
@@ -45,6 +46,7 @@ def filter_normals(
     growth: Growth | None = None,
     patch_size: int = 800,
     min_coverage: int = 2,
+    neighbors: Sequence[int] | None = None,
     batch_size: int = 4,
     seed: int = 0,
     device: str | torch.device = "cpu",
@@ -62,6 +64,8 @@ def filter_normals(
         growth: How a patch grows around its seed; by Dijkstra's algorithm if not given.
         patch_size: Faces per patch.
         min_coverage: Patches that every face lies in, at least.
+        neighbors: Neighbours per face on each level of the network, spread over the ``net.k`` nearest; all of these if
+            not given.
         batch_size: Patches per call of the network.
         seed: Seed of the choice of patches.
         device: Where the network runs.
@@ -88,7 +92,7 @@ def filter_normals(
         started = clock()
         with torch.autocast(device.type, dtype=torch.bfloat16, enabled=precision == torch.bfloat16):
             sent = batch.to(device)
-            filtered = net(sent.normal, sent.edge_index, sent.batch).float().cpu()
+            filtered = net(sent.normal, _edges(sent.edge_index, net.k, neighbors), sent.batch).float().cpu()
         seconds["network"] += clock() - started
         started = clock()
         weight = torch.cat([_closeness(patch.distance) for patch in group])
@@ -103,6 +107,13 @@ def filter_normals(
     seconds["patches"] += clock() - started
     normal = torch.nn.functional.normalize(total, dim=-1)
     return FilteredNormals(normal, coverage, total.norm(dim=-1) / weights, seconds)
+
+
+def _edges(edge_index: Tensor, k: Sequence[int], neighbors: Sequence[int] | None) -> Tensor | list[Tensor]:
+    """Edges for the network: one array for all levels, or one of each level with fewer."""
+    if neighbors is None:
+        return edge_index
+    return [spread_neighbors(edge_index, most, min(most, keep)) for most, keep in zip(k, neighbors, strict=True)]
 
 
 def _closeness(distance: Tensor) -> Tensor:

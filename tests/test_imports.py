@@ -19,6 +19,7 @@ ALLOWED = {
     "pretrained": {"errors", "nn"},
     "filtering": {"errors", "mesh", "data", "nn"},
     "denoise": {"errors", "mesh", "data", "nn", "pretrained", "filtering"},
+    "prediction": {"errors", "mesh", "nn", "denoise"},
     "report": {"errors", "mesh", "raster"},
     "benchmark": {"errors", "mesh", "denoise", "baselines", "metrics", "report", "pretrained"},
     "datamodules": {"errors", "mesh", "data"},

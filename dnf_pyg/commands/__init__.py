@@ -1,8 +1,12 @@
-"""The commands of ``dnf-pyg``, a module each: ``add_arguments(parser)`` and ``run(options)``."""
+"""The commands of ``dnf-pyg``, a module each.
 
-from dnf_pyg.commands import add_noise, benchmark, compare, configs, denoise, make_shape, train, weights
+Those of :data:`COMMANDS` have ``add_arguments(parser)`` and ``run(options)``, those of :data:`LIGHTNING` parse their
+words themselves: ``run(words)``.
+"""
 
-__all__ = ["COMMANDS", "TRAINING", "train"]
+from dnf_pyg.commands import add_noise, benchmark, compare, configs, denoise, make_shape, predict, train, weights
+
+__all__ = ["COMMANDS", "LIGHTNING"]
 
 COMMANDS = {
     "denoise": (denoise, "denoise a mesh"),
@@ -14,9 +18,9 @@ COMMANDS = {
     "configs": (configs, "list and copy the configs that come along"),
 }
 
-TRAINING = {
-    "fit": "train a network from a config (LightningCLI)",
-    "validate": "evaluate a checkpoint on the validation patches",
-    "test": "evaluate a checkpoint on the test patches",
-    "predict": "run a checkpoint over the patches of a data module",
+LIGHTNING = {
+    "fit": (train, "train a network from a config (LightningCLI)"),
+    "validate": (train, "evaluate a checkpoint on the validation patches"),
+    "test": (train, "evaluate a checkpoint on the test patches"),
+    "predict": (predict, "denoise many meshes, on several processes or machines"),
 }

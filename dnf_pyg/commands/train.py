@@ -24,7 +24,7 @@ class TrainingCLI(LightningCLI):
 
 
 def run(words: Sequence[str]) -> None:
-    """Run ``fit``, ``validate``, ``test`` or ``predict``.
+    """Run ``fit``, ``validate`` or ``test``.
 
     Args:
         words: The subcommand and its arguments; ``-c`` takes a file or the name of a packaged config.

@@ -2,6 +2,8 @@
 
 import io
 import struct
+from collections import Counter
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -16,7 +18,7 @@ from dnf_pyg.errors import MeshError, MeshFileError
 from dnf_pyg.mesh.atomic import write_bytes
 from dnf_pyg.mesh.formats import DOCUMENTS, Document, GlbDocument
 
-__all__ = ["SUFFIXES", "MeshFile", "check_suffix", "read_mesh", "write_mesh"]
+__all__ = ["SUFFIXES", "MeshFile", "check_suffix", "find_meshes", "read_mesh", "write_mesh"]
 
 SUFFIXES = tuple(DOCUMENTS)
 _DAMAGE = (
@@ -130,6 +132,42 @@ def write_mesh(mesh: MeshFile | trimesh.Trimesh, pos: Tensor, path: str | Path) 
         files = _exported(_as_trimesh(mesh, new_pos), path)
     for target, data in files.items():
         write_bytes(target, data)
+
+
+def find_meshes(paths: Iterable[Path]) -> list[Path]:
+    """List mesh files, folders replaced by the meshes in them, by name.
+
+    Args:
+        paths: Files and folders.
+
+    Raises:
+        MeshFileError: If a path does not exist, a folder holds no mesh, or two files have the same name.
+
+    Examples:
+        >>> find_meshes([Path("absent")])
+        Traceback (most recent call last):
+        dnf_pyg.errors.MeshFileError: Expected a mesh file (got 'absent', which does not exist): check the path
+    """
+    found = []
+    for path in paths:
+        if not path.exists():
+            raise MeshFileError(f"Expected a mesh file (got '{path}', which does not exist): check the path")
+        if not path.is_dir():
+            found.append(path)
+            continue
+        try:
+            inside = [file for file in sorted(path.iterdir()) if file.suffix.lower() in SUFFIXES]
+        except OSError as error:
+            raise MeshFileError(
+                f"Expected a readable folder (got '{path}': {error.strerror}): check permissions"
+            ) from error
+        if not inside:
+            raise MeshFileError(f"Expected a folder with meshes (got '{path}' without any): give one that has some")
+        found += inside
+    twice = sorted(name for name, count in Counter(path.name for path in found).items() if count > 1)
+    if twice:
+        raise MeshFileError(f"Expected inputs of different names (got two of {twice}): denoise them apart")
+    return found
 
 
 def check_suffix(path: Path) -> str:
