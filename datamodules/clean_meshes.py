@@ -4,7 +4,7 @@ from pathlib import Path
 
 from torch.utils.data import Dataset
 
-from datamodules.patches import PatchDataModule
+from datamodules.patches import OnBroken, PatchDataModule
 from dnf_pyg.errors import DataError
 from dnf_pyg.mesh import Growth
 from dnf_pyg.mesh.io import SUFFIXES
@@ -48,6 +48,7 @@ class CleanMeshesDataModule(PatchDataModule):
         growth: How patches grow; by Dijkstra's algorithm if not given, else :class:`~dnf_pyg.mesh.HeatGrowth`.
         batch_size: Patches per batch.
         val_share: Share of the meshes held back; their noise is the same in every epoch.
+        broken: ``stop`` before training if a mesh cannot be read, or ``skip`` it; all of them are named.
         cache: Folder for the prepared patches; ``root`` if not given.
         num_workers: Processes that load training patches.
         rotate: Turn every training patch by a random rotation.
@@ -67,20 +68,19 @@ class CleanMeshesDataModule(PatchDataModule):
         growth: Growth | None = None,
         batch_size: int = 10,
         val_share: float = 0.1,
+        broken: OnBroken = "stop",
         cache: str | None = None,
         num_workers: int = 0,
         rotate: bool = True,
         jitter: float = 0.0,
         seed: int = 0,
     ) -> None:
-        super().__init__(batch_size, num_workers, rotate, jitter, growth)
+        super().__init__(batch_size, num_workers, rotate, jitter, growth, broken)
         self.remember(locals(), "growth", "noise")
         self.noise = GaussianNormalNoise() if noise is None else noise
 
     def dataset(self, split: str) -> Dataset:
         """Patches of ``train``, or of the held-back meshes."""
-        return self.patches_with_noise(self._files(), self.noise, split)
-
-    def _files(self) -> dict[str, Path]:
-        """Mesh files by name."""
-        return list_meshes(self.hparams.root, self.hparams.names)
+        files = list_meshes(self.options.root, self.options.names)
+        pairs = self.sound([(None, path) for path in files.values()])
+        return self.patches(self.share(pairs, split), split, self.noise)

@@ -9,8 +9,7 @@ from rich.progress import track
 from torch.utils.data import Dataset
 
 from datamodules.clean_meshes import list_meshes
-from datamodules.patches import PatchDataModule, spread
-from dnf_pyg.data import PatchDataset
+from datamodules.patches import OnBroken, PatchDataModule
 from dnf_pyg.mesh import Growth
 from dnf_pyg.mesh.depth_camera import DepthCamera, KinectV1
 from dnf_pyg.mesh.io import read_mesh, write_mesh
@@ -36,6 +35,7 @@ class DepthCameraDataModule(PatchDataModule):
         growth: How patches grow; by Dijkstra's algorithm if not given, else :class:`~dnf_pyg.mesh.HeatGrowth`.
         batch_size: Patches per batch.
         val_share: Share of the meshes held back for validation and testing, with all their views.
+        broken: ``stop`` before training if a mesh cannot be read, or ``skip`` it; all of them are named.
         num_workers: Processes that load training patches.
         rotate: Turn every training patch by a random rotation.
         jitter: Jitter of the training normals.
@@ -55,19 +55,19 @@ class DepthCameraDataModule(PatchDataModule):
         growth: Growth | None = None,
         batch_size: int = 10,
         val_share: float = 0.1,
+        broken: OnBroken = "stop",
         num_workers: int = 0,
         rotate: bool = True,
         jitter: float = 0.005,
         seed: int = 0,
     ) -> None:
-        super().__init__(batch_size, num_workers, rotate, jitter, growth)
+        super().__init__(batch_size, num_workers, rotate, jitter, growth, broken)
         self.remember(locals(), "growth", "camera")
         self.camera = KinectV1() if camera is None else camera
 
     def prepare_data(self) -> None:
         """Take the pictures that are not there yet, then cut and cache the patches."""
-        files = list_meshes(self.hparams.root, self.hparams.names)
-        views = [(path, view) for name, path in files.items() for view in self._views(name)]
+        views = [(path, view) for name, path in self._files().items() for view in self._views(name)]
         missing = [(path, view) for path, view in views if not all(part.is_file() for part in view)]
         for path, view in track(missing, "Taking views", console=Console(stderr=True), disable=not missing):
             self._take(path, *view)
@@ -75,24 +75,18 @@ class DepthCameraDataModule(PatchDataModule):
 
     def dataset(self, split: str) -> Dataset:
         """Patches of ``train``, or of the held-back meshes."""
-        options = self.hparams
-        names = sorted(list_meshes(options.root, options.names))
-        held_back = spread(names, options.val_share)
-        return PatchDataset(
-            [view for name in names if (name in held_back) == (split != "train") for view in self._views(name)],
-            options.cache,
-            num_patches=options.num_patches,
-            patch_size=options.patch_size,
-            k=options.k,
-            growth=self.growth,
-            seed=options.seed,
-            transform=self.augmentation if split == "train" else None,
-        )
+        pairs = self.share([(None, path) for path in self._files().values()], split)
+        return self.patches([view for _, path in pairs for view in self._views(Path(path).stem)], split)
+
+    def _files(self) -> dict[str, Path]:
+        """Mesh files by name."""
+        files = list_meshes(self.options.root, self.options.names)
+        return {Path(path).stem: Path(path) for _, path in self.sound([(None, path) for path in files.values()])}
 
     def _views(self, name: str) -> list[tuple[Path, Path]]:
         """Noisy and clean file of each view of a mesh."""
-        folder = Path(self.hparams.cache) / "views"
-        stems = [f"{name}-{number}" for number in range(self.hparams.seed, self.hparams.seed + self.hparams.num_views)]
+        folder = Path(self.options.cache) / "views"
+        stems = [f"{name}-{number}" for number in range(self.options.seed, self.options.seed + self.options.num_views)]
         return [(folder / f"{stem}_noisy.ply", folder / f"{stem}.ply") for stem in stems]
 
     def _take(self, path: Path, noisy: Path, clean: Path) -> None:

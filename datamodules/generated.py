@@ -66,7 +66,8 @@ class GeneratedDataModule(PatchDataModule):
 
     def dataset(self, split: str) -> Dataset:
         """Patches of ``train``, or of the held-back meshes."""
-        return self.patches_with_noise(self._files(), self.noise, split)
+        pairs = [(None, path) for path in self._files().values()]
+        return self.patches(self.share(pairs, split), split, self.noise)
 
     def prepare_data(self) -> None:
         """Make the meshes that are not there yet, then cut and cache the patches."""
@@ -75,13 +76,13 @@ class GeneratedDataModule(PatchDataModule):
             path.parent.mkdir(parents=True, exist_ok=True)
             kind, number, _ = name.rsplit("-", 2)
             generator = torch.Generator().manual_seed(int(number))
-            pos, face = SHAPES[kind](generator, self.hparams.num_faces)
+            pos, face = SHAPES[kind](generator, self.options.num_faces)
             write_mesh(trimesh.Trimesh(pos.numpy(), face.t().numpy(), process=False), pos, path)
         super().prepare_data()
 
     def _files(self) -> dict[str, Path]:
         """Mesh files by name, which tells all that shaped them."""
-        options = self.hparams
+        options = self.options
         names = [
             f"{kind}-{number}-{options.num_faces}"
             for kind in options.kinds or SHAPES

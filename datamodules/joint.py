@@ -1,7 +1,7 @@
 """Several data sets at once, each with its own neighbourhoods, weight and number of patches."""
 
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Literal
 
 from lightning.pytorch import LightningDataModule
 from lightning.pytorch.utilities import CombinedLoader
@@ -46,9 +46,9 @@ class JointDataModule(LightningDataModule):
         if not parts:
             raise ValueError("Expected 'parts' to name at least one data set (got none)")
         for name, part in parts.items():
-            if part.levels and max(part.levels) > part.data.hparams.k:
+            if part.levels and max(part.levels) > part.data.options.k:
                 raise ValueError(
-                    f"Expected the 'levels' of '{name}' up to its k = {part.data.hparams.k} (got {part.levels})"
+                    f"Expected the 'levels' of '{name}' up to its k = {part.data.options.k} (got {part.levels})"
                 )
         self.parts = parts
 
@@ -80,7 +80,7 @@ class JointDataModule(LightningDataModule):
             item.levels, item.weight = self.parts[name].levels, self.parts[name].weight
         return present
 
-    def _combined(self, split: str, mode: str) -> CombinedLoader:
+    def _combined(self, split: str, mode: Literal["max_size", "max_size_cycle"]) -> CombinedLoader:
         self._attached()
         loaders = {name: getattr(part.data, f"{split}_dataloader")() for name, part in self.parts.items()}
         return CombinedLoader(loaders, mode)

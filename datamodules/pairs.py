@@ -2,19 +2,15 @@
 
 import re
 from pathlib import Path
-from typing import Literal
 
-import torch
-from lightning.pytorch.utilities import rank_zero_warn
 from torch.utils.data import Dataset
 
-from datamodules.patches import PatchDataModule, spread
-from dnf_pyg.data import PatchDataset
-from dnf_pyg.errors import DataError, DNFError
+from datamodules.patches import OnBroken, PatchDataModule
+from dnf_pyg.errors import DataError
 from dnf_pyg.mesh import Growth
-from dnf_pyg.mesh.io import SUFFIXES, read_mesh
+from dnf_pyg.mesh.io import SUFFIXES
 
-__all__ = ["PairsDataModule", "find_pairs", "sound_pairs"]
+__all__ = ["PairsDataModule", "find_pairs"]
 
 Pair = tuple[Path, Path]
 
@@ -48,36 +44,6 @@ def find_pairs(noisy: str | Path, clean: str | Path, pattern: str) -> list[Pair]
     return pairs
 
 
-def sound_pairs(pairs: list[Pair], broken: Literal["stop", "skip"]) -> list[Pair]:
-    """Read all pairs and keep those that can be trained on.
-
-    Args:
-        pairs: Noisy and clean files.
-        broken: ``stop`` raises an error that lists every broken pair; ``skip`` leaves them out with a warning.
-
-    Raises:
-        DataError: If a pair cannot be read or differs in its faces and ``broken`` is ``stop``, or none is left.
-    """
-    faults = {}
-    for pair in pairs:
-        try:
-            one, two = (read_mesh(path).face for path in pair)
-            if not torch.equal(one, two):
-                faults[pair] = f"{one.size(1)} and {two.size(1)} faces, or the same in another order"
-        except DNFError as error:
-            faults[pair] = str(error)
-    listed = "\n".join(f"  '{noisy}' and '{clean}': {fault}" for (noisy, clean), fault in faults.items())
-    sound = [pair for pair in pairs if pair not in faults]
-    if faults and (broken == "stop" or not sound):
-        raise DataError(
-            f"Expected readable pairs with the same faces in the same order (got {len(faults)} others):\n{listed}\n"
-            "Repair or remove them, or leave them out with `broken: skip`."
-        )
-    if faults:
-        rank_zero_warn(f"{len(faults)} pairs are left out:\n{listed}")
-    return sound
-
-
 class PairsDataModule(PatchDataModule):
     """Patches of noisy and clean meshes from two folders; a share of the clean meshes is held back.
 
@@ -85,7 +51,8 @@ class PairsDataModule(PatchDataModule):
         noisy: Folder of noisy meshes.
         clean: Folder of clean meshes.
         pattern: Regular expression of noisy names; its first group is the clean name.
-        broken: What to do with pairs that cannot be read or differ in their faces: ``stop`` or ``skip``.
+        broken: ``stop`` before training if a pair cannot be read or differs in its faces, or ``skip`` it; all of them
+            are named.
         num_patches: Patches per noisy mesh.
         patch_size: Faces per patch.
         k: Nearest faces kept for each face.
@@ -104,7 +71,7 @@ class PairsDataModule(PatchDataModule):
         noisy: str,
         clean: str,
         pattern: str = r"(.+)_(?:n\d+|noisy)",
-        broken: Literal["stop", "skip"] = "stop",
+        broken: OnBroken = "stop",
         num_patches: int = 100,
         patch_size: int = 800,
         k: int = 50,
@@ -117,23 +84,11 @@ class PairsDataModule(PatchDataModule):
         jitter: float = 0.005,
         seed: int = 0,
     ) -> None:
-        super().__init__(batch_size, num_workers, rotate, jitter, growth)
+        super().__init__(batch_size, num_workers, rotate, jitter, growth, broken)
         self.remember(locals(), "growth")
-        self._pairs: list[Pair] | None = None
 
     def dataset(self, split: str) -> Dataset:
         """Patches of ``train``, or of the held-back meshes."""
-        options = self.hparams
-        if self._pairs is None:
-            self._pairs = sound_pairs(find_pairs(options.noisy, options.clean, options.pattern), options.broken)
-        held_back = spread(sorted({clean.stem for _, clean in self._pairs}), options.val_share)
-        return PatchDataset(
-            [pair for pair in self._pairs if (pair[1].stem in held_back) == (split != "train")],
-            options.cache or options.noisy,
-            num_patches=options.num_patches,
-            patch_size=options.patch_size,
-            k=options.k,
-            growth=self.growth,
-            seed=options.seed,
-            transform=self.augmentation if split == "train" else None,
-        )
+        options = self.options
+        pairs = self.sound(find_pairs(options.noisy, options.clean, options.pattern))
+        return self.patches(self.share(pairs, split), split)

@@ -1,10 +1,11 @@
 """What the data modules share: loaders over patch data sets, one per split."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from lightning.pytorch import LightningDataModule
+from lightning.pytorch.utilities import rank_zero_warn
 from torch.utils.data import Dataset
 from torch_geometric.data import Data
 from torch_geometric.loader import DataLoader
@@ -12,10 +13,15 @@ from torch_geometric.transforms import Compose
 
 from datamodules.sampling import EpochSampler, SeededItems, ShareSampler
 from dnf_pyg.data import JitterNormal, PatchDataset, RandomRotation
+from dnf_pyg.data.faults import find_faults
+from dnf_pyg.data.mesh_dataset import MeshPair
+from dnf_pyg.errors import DataError
 from dnf_pyg.mesh import Growth
 from dnf_pyg.mesh.noise import Noise
 
-__all__ = ["PatchDataModule", "spread"]
+__all__ = ["OnBroken", "PatchDataModule", "spread"]
+
+OnBroken = Literal["stop", "skip"]
 
 
 def spread(names: list[str], share: float) -> set[str]:
@@ -40,17 +46,31 @@ class PatchDataModule(LightningDataModule):
         rotate: Turn every training patch by a random rotation.
         jitter: Standard deviation of the jitter of the training normals, clipped at twice its value; 0 for none.
         growth: How patches grow; by Dijkstra's algorithm if not given.
+        broken: ``stop`` before training if a mesh cannot be read, or ``skip`` it; all of them are named.
     """
 
     def __init__(
-        self, batch_size: int, num_workers: int, rotate: bool, jitter: float, growth: Growth | None = None
+        self,
+        batch_size: int,
+        num_workers: int,
+        rotate: bool,
+        jitter: float,
+        growth: Growth | None = None,
+        broken: OnBroken = "stop",
     ) -> None:
         super().__init__()
+        self.broken = broken
+        self._sound: dict[tuple[MeshPair, ...], list[MeshPair]] = {}
         self.growth = growth
         self.batch_size = batch_size
         self.num_workers = num_workers
         steps = ([RandomRotation()] if rotate else []) + ([JitterNormal(jitter, 2 * jitter)] if jitter else [])
         self.augmentation: Callable[[Data], Data] | None = Compose(steps) if steps else None
+
+    @property
+    def options(self) -> Any:
+        """Arguments of ``__init__``, as attributes (Lightning leaves the type of ``hparams`` open)."""
+        return self.hparams
 
     def remember(self, arguments: dict[str, Any], *ignore: str) -> None:
         """Keep the arguments of ``__init__``, given as ``locals()``, as hyperparameters; objects are to be ignored.
@@ -64,37 +84,55 @@ class PatchDataModule(LightningDataModule):
         """Patches of ``train``, ``val`` or ``test``."""
         raise NotImplementedError
 
-    def patches_with_noise(self, files: dict[str, Path], noise: Noise, split: str) -> PatchDataset:
-        """Patches of clean meshes by name, with noise; ``val`` and ``test`` are the held-back share of them.
+    def sound(self, pairs: Sequence[MeshPair]) -> list[MeshPair]:
+        """Leave out the pairs that cannot be trained on, or stop: as ``broken`` says.
 
-        Reads ``cache``, ``root``, ``val_share``, ``noise_level``, ``num_patches``, ``patch_size``, ``k`` and ``seed``
-        from the hyperparameters. The noise of held-back meshes is the same in every epoch.
+        Raises:
+            DataError: If there are such pairs and ``broken`` is ``stop``, or none is left; all of them are named.
         """
-        options = self.hparams
-        held_back = spread(sorted(files), options.val_share)
+        key = tuple(pairs)
+        if key not in self._sound:
+            self._sound[key] = self._checked(pairs)
+        return self._sound[key]
+
+    def share(self, pairs: Sequence[MeshPair], split: str) -> list[MeshPair]:
+        """Pairs of the held-back clean meshes, ``val_share`` of all by name; for ``train``, those of the others."""
+        held_back = spread(sorted({Path(clean).stem for _, clean in pairs}), self.options.val_share)
+        return [pair for pair in pairs if (Path(pair[1]).stem in held_back) == (split != "train")]
+
+    def patches(self, pairs: Sequence[MeshPair], split: str, noise: Noise | None = None) -> PatchDataset:
+        """Patches of all these pairs, augmented for ``train``; with noise, where it is given, on clean meshes alone.
+
+        Reads ``num_patches``, ``patch_size``, ``k``, ``seed`` and, for noise, ``noise_level`` from the hyperparameters.
+        The noise of held-back meshes is the same in every epoch.
+        """
+        options = self.options
+        drawn: dict[str, Any] = {}
+        if noise is not None:
+            drawn = {"noise": noise, "noise_level": tuple(options.noise_level)}
+            drawn["noise_seed"] = None if split == "train" else options.seed
         return PatchDataset(
-            [(None, path) for name, path in files.items() if (name in held_back) == (split != "train")],
-            options.get("cache") or options.root,
+            pairs,
+            self._root(),
             num_patches=options.num_patches,
             patch_size=options.patch_size,
             k=options.k,
             growth=self.growth,
-            noise=noise,
-            noise_level=tuple(options.noise_level),
-            noise_seed=None if split == "train" else options.seed,
             seed=options.seed,
             transform=self.augmentation if split == "train" else None,
+            **drawn,
         )
 
     def prepare_data(self) -> None:
         """Cut and cache the patches that the run needs, in one process; it sets no state."""
         splits = {"validate": ["val"], "test": ["test"], "predict": ["test"]}
-        for split in splits.get(self.trainer.state.fn if self.trainer else "fit", ["train", "val"]):
+        stage: Any = self.trainer.state.fn if self.trainer else "fit"
+        for split in splits.get(stage, ["train", "val"]):
             self.dataset(split)
 
     def train_dataloader(self) -> DataLoader:
         """Training patches, shuffled and augmented, in an order and with noise that seed and epoch decide."""
-        seed = int(self.hparams.get("seed", 0))
+        seed = int(self.options.get("seed", 0))
         items = SeededItems(self.dataset("train"), seed)
         return DataLoader(
             items,
@@ -118,13 +156,40 @@ class PatchDataModule(LightningDataModule):
 
     def _in_order(self, split: str) -> DataLoader:
         dataset = self.dataset(split)
-        return DataLoader(dataset, self.batch_size, sampler=ShareSampler(dataset))
+        sampler = ShareSampler(dataset)
+        if len(dataset) < sampler.num_replicas:  # type: ignore[arg-type]
+            raise DataError(
+                f"Expected a patch of '{split}' for every process at least (got {len(dataset)} patches for "  # type: ignore[arg-type]
+                f"{sampler.num_replicas} processes): raise `num_patches` or use fewer processes"
+            )
+        return DataLoader(dataset, self.batch_size, sampler=sampler)
+
+    def _root(self) -> str:
+        """Folder for prepared patches."""
+        return str(self.options.get("cache") or self.options.get("root") or self.options.noisy)
+
+    def _checked(self, pairs: Sequence[MeshPair]) -> list[MeshPair]:
+        faults = find_faults(pairs, self._root())
+        listed = "\n".join(
+            f"  {' and '.join(repr(str(path)) for path in pair if path)}: {fault}" for pair, fault in faults.items()
+        )
+        left = [pair for pair in pairs if pair not in faults]
+        if faults and (self.broken == "stop" or not left):
+            raise DataError(
+                f"Expected meshes that can be read, noisy and clean with the same faces in the same order (got "
+                f"{len(faults)} others of {len(pairs)}):\n{listed}\n"
+                "Repair or remove them, or leave them out with `broken: skip`."
+            )
+        if faults:
+            rank_zero_warn(f"{len(faults)} of {len(pairs)} meshes are left out:\n{listed}")
+        return left
 
     def _progress(self) -> tuple[int, int]:
         """Epoch that begins, and items of it that a resumed run has seen already."""
         if self.trainer is None:
             return 0, 0
-        epoch, batches = self.trainer.fit_loop.epoch_progress.current, self.trainer.fit_loop.epoch_loop.batch_progress
+        epoch: Any = self.trainer.fit_loop.epoch_progress.current
+        batches = self.trainer.fit_loop.epoch_loop.batch_progress
         if batches.current.ready and batches.is_last_batch:  # saved after the last batch of an epoch
             return max(epoch.processed, epoch.ready), 0
         return epoch.processed, batches.current.ready * self.batch_size

@@ -2,7 +2,7 @@
 
 from dnf_pyg.benchmark.evaluation import Failure, run_benchmark
 from dnf_pyg.benchmark.methods import ClassicalMethod, Method, NetworkMethod, OutputFolder, Result
-from dnf_pyg.benchmark.pairs import find_test_folder, pair_meshes
+from dnf_pyg.benchmark.pairs import find_test_folder
 from dnf_pyg.benchmark.plots import draw_plots
 from dnf_pyg.benchmark.rows import Row, RowLog, read_published, write_csv, write_json
 from dnf_pyg.benchmark.score import complete_methods, mesh_thetas, scores, summarize
@@ -22,7 +22,6 @@ __all__ = [
     "find_test_folder",
     "markdown",
     "mesh_thetas",
-    "pair_meshes",
     "read_published",
     "run_benchmark",
     "scores",

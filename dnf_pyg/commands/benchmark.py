@@ -29,7 +29,6 @@ from dnf_pyg.benchmark import (
     draw_plots,
     find_test_folder,
     markdown,
-    pair_meshes,
     read_published,
     run_benchmark,
     summarize,
@@ -40,6 +39,7 @@ from dnf_pyg.denoise import denoise
 from dnf_pyg.errors import DataError
 from dnf_pyg.mesh.atomic import write_bytes
 from dnf_pyg.mesh.io import MeshFile, read_mesh, write_mesh
+from dnf_pyg.mesh.pairs import pair_meshes
 from dnf_pyg.pretrained import DEFAULT_WEIGHTS, load_network, packaged_weights
 from dnf_pyg.release import fingerprint
 from dnf_pyg.report import draw_meshes

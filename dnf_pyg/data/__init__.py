@@ -1,6 +1,7 @@
 """From meshes to patches: extraction, seeds, transforms and data sets."""
 
 from dnf_pyg.data.datasets import FreshPatchDataset, PatchDataset
+from dnf_pyg.data.mesh_dataset import MeshDataset
 from dnf_pyg.data.patch import Patch, PatchExtractor, patch_to_data
 from dnf_pyg.data.seeds import AnisotropicSeeds, SeedSampler, UniformSeeds, cover
 from dnf_pyg.data.transforms import JitterNormal, RandomRotation
@@ -9,6 +10,7 @@ __all__ = [
     "AnisotropicSeeds",
     "FreshPatchDataset",
     "JitterNormal",
+    "MeshDataset",
     "Patch",
     "PatchDataset",
     "PatchExtractor",

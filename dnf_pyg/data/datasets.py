@@ -1,6 +1,6 @@
 """Data sets of training patches: cut once and cached, or cut afresh each time."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,10 +12,8 @@ from torch_geometric.data import Data
 from dnf_pyg.data.mesh_dataset import Arrays, MeshDataset, MeshPair
 from dnf_pyg.data.packing import pack_rows, unpack_rows
 from dnf_pyg.data.patch import Patch, PatchExtractor, patch_to_data
-from dnf_pyg.data.seeds import SeedSampler
 from dnf_pyg.mesh import DijkstraGrowth, FacetGraph, Growth, filled_face_normals
 from dnf_pyg.mesh.geodesic import BoundDijkstra
-from dnf_pyg.mesh.noise import Noise
 
 __all__ = ["FreshPatchDataset", "PatchDataset"]
 
@@ -31,48 +29,25 @@ class PatchDataset(MeshDataset):
     the files: what changed is prepared again. Workers and ranks map the same files, without copies.
 
     Args:
-        pairs: Noisy file (or ``None``) and clean file of each mesh, with the same faces in the same order.
+        pairs: Noisy file (or ``None``) and clean file of each mesh.
         root: Folder in which ``processed`` is written.
-        num_patches: Patches per mesh P.
-        patch_size: Faces per patch N.
-        k: Nearest faces kept for each face, itself included.
-        seeds: How seeds are drawn.
         growth: How patches grow.
-        noise: Noise for the clean files that come alone.
-        noise_level: Smallest and largest level, multiples of the mean edge length; each patch draws its own.
-        noise_seed: Give every patch always the same noise, drawn from this seed (validation).
-        transform: Applied to each patch when it is served.
         seed: Start of the random numbers that draw the seeds.
-        num_workers: Threads that prepare.
-
-    Raises:
-        DataError: If there is no pair, a file is missing, a pair does not match, or a clean file comes alone and
-            ``noise`` is missing.
-        ValueError: If ``num_patches`` or ``noise_level`` is out of range.
+        options: All other arguments of :class:`~dnf_pyg.data.MeshDataset`, which lists the errors too.
     """
 
     def __init__(
         self,
         pairs: Sequence[MeshPair],
         root: str | Path,
-        num_patches: int = 100,
-        patch_size: int = 800,
-        k: int = 50,
-        seeds: SeedSampler | None = None,
+        *,
         growth: Growth | None = None,
-        noise: Noise | None = None,
-        noise_level: tuple[float, float] = (0.1, 0.3),
-        noise_seed: int | None = None,
-        transform: Callable[[Data], Data] | None = None,
         seed: int = 0,
-        num_workers: int = 2,
+        **options: Any,
     ) -> None:
         self.growth = growth or DijkstraGrowth()
         self.seed = seed
-        self._bits = patch_size.bit_length()
-        super().__init__(
-            pairs, root, num_patches, patch_size, k, seeds, noise, noise_level, noise_seed, transform, num_workers
-        )
+        super().__init__(pairs, root, **options)
 
     def get(self, idx: int) -> Data:
         """Serve one patch."""
@@ -85,7 +60,8 @@ class PatchDataset(MeshDataset):
             normal = filled_face_normals(pos, face)[:size]
         else:
             normal = torch.from_numpy(entry["normal"][face_id])
-        neighbor = torch.from_numpy(unpack_rows(entry["packed"][row], self._bits, size, min(self.k, size)))
+        bits = self.patch_size.bit_length()
+        neighbor = torch.from_numpy(unpack_rows(entry["packed"][row], bits, size, min(self.k, size)))
         distance = torch.from_numpy(entry["distance"][row, :size].copy())
         clean_normal = torch.from_numpy(entry["clean_normal"][face_id])
         data = patch_to_data(Patch(torch.arange(size), neighbor, distance), normal, clean_normal)
@@ -101,18 +77,18 @@ class PatchDataset(MeshDataset):
 
     def _arrays(self, row: int, extractor: PatchExtractor, normal: Tensor, face: Tensor) -> Arrays:
         generator = torch.Generator().manual_seed(self.seed + int(self.processed_file_names[row][-8:], 16))
-        seeds = self.seeds(normal, face, self.num_patches, generator)
+        seeds, bits = self.seeds(normal, face, self.num_patches, generator), self.patch_size.bit_length()
         arrays: Arrays = {
             "size": np.zeros(self.num_patches, np.int32),
             "face_id": np.full((self.num_patches, self.patch_size), -1, np.int32),
-            "packed": np.zeros((self.num_patches, -(-self.patch_size * self.k * self._bits // 8)), np.uint8),
+            "packed": np.zeros((self.num_patches, -(-self.patch_size * self.k * bits // 8)), np.uint8),
             "distance": np.zeros((self.num_patches, self.patch_size), np.float32),
         }
         for number, patch in enumerate(map(extractor.extract, seeds.tolist())):
             size = len(patch.face_id)
             arrays["size"][number] = size
             arrays["face_id"][number, :size] = patch.face_id
-            packed = pack_rows(patch.neighbor.numpy(), self._bits)
+            packed = pack_rows(patch.neighbor.numpy(), bits)
             arrays["packed"][number, : len(packed)] = packed
             arrays["distance"][number, :size] = patch.distance
         if not self._serves_surface(row):
@@ -127,42 +103,8 @@ class FreshPatchDataset(MeshDataset):
     surface, as they will when a mesh is denoised. Only the meshes and their facet graphs are kept on disk, under the
     rules of :class:`PatchDataset`; patches grow by Dijkstra's search.
 
-    Args:
-        pairs: Noisy file (or ``None``) and clean file of each mesh, with the same faces in the same order.
-        root: Folder in which ``processed`` is written.
-        num_patches: Patches of each mesh that make up an epoch.
-        patch_size: Faces per patch N.
-        k: Nearest faces kept for each face, itself included.
-        seeds: How seeds are drawn.
-        noise: Noise for the clean files that come alone.
-        noise_level: Smallest and largest level, multiples of the mean edge length; each patch draws its own.
-        noise_seed: Give every item always the same patch and noise, drawn from this seed (validation).
-        transform: Applied to each patch when it is served.
-        num_workers: Threads that prepare.
-
-    Raises:
-        DataError: If there is no pair, a file is missing, a pair does not match, or a clean file comes alone and
-            ``noise`` is missing.
-        ValueError: If ``num_patches`` or ``noise_level`` is out of range.
+    The arguments are those of :class:`~dnf_pyg.data.MeshDataset`.
     """
-
-    def __init__(
-        self,
-        pairs: Sequence[MeshPair],
-        root: str | Path,
-        num_patches: int = 100,
-        patch_size: int = 800,
-        k: int = 50,
-        seeds: SeedSampler | None = None,
-        noise: Noise | None = None,
-        noise_level: tuple[float, float] = (0.1, 0.3),
-        noise_seed: int | None = None,
-        transform: Callable[[Data], Data] | None = None,
-        num_workers: int = 2,
-    ) -> None:
-        super().__init__(
-            pairs, root, num_patches, patch_size, k, seeds, noise, noise_level, noise_seed, transform, num_workers
-        )
 
     def get(self, idx: int) -> Data:
         """Serve one patch."""

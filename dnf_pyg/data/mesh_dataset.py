@@ -29,21 +29,40 @@ Arrays = dict[str, NDArray]
 
 
 class MeshDataset(Dataset, ABC):
-    """Patches of pairs of meshes; the arguments are explained in :mod:`dnf_pyg.data.datasets`."""
+    """Patches of pairs of meshes.
+
+    Args:
+        pairs: Noisy file (or ``None``) and clean file of each mesh, with the same faces in the same order.
+        root: Folder in which ``processed`` is written.
+        num_patches: Patches of each mesh P that make up an epoch.
+        patch_size: Faces per patch N.
+        k: Nearest faces kept for each face, itself included.
+        seeds: How seeds are drawn; :class:`~dnf_pyg.data.AnisotropicSeeds` if not given.
+        noise: Noise for the clean files that come alone.
+        noise_level: Smallest and largest level, multiples of the mean edge length; each patch draws its own.
+        noise_seed: Draw the random parts of every item from this seed, always the same (validation).
+        transform: Applied to each patch when it is served.
+        num_workers: Threads that prepare.
+
+    Raises:
+        DataError: If there is no pair, a file is missing, a pair does not match, or a clean file comes alone and
+            ``noise`` is missing.
+        ValueError: If ``num_patches`` or ``noise_level`` is out of range.
+    """
 
     def __init__(
         self,
         pairs: Sequence[MeshPair],
         root: str | Path,
-        num_patches: int,
-        patch_size: int,
-        k: int,
-        seeds: SeedSampler | None,
-        noise: Noise | None,
-        noise_level: tuple[float, float],
-        noise_seed: int | None,
-        transform: Callable[[Data], Data] | None,
-        num_workers: int,
+        num_patches: int = 100,
+        patch_size: int = 800,
+        k: int = 50,
+        seeds: SeedSampler | None = None,
+        noise: Noise | None = None,
+        noise_level: tuple[float, float] = (0.1, 0.3),
+        noise_seed: int | None = None,
+        transform: Callable[[Data], Data] | None = None,
+        num_workers: int = 2,
     ) -> None:
         if not pairs:
             raise DataError("Expected at least one mesh (got none). Check the folder that the meshes are listed from.")

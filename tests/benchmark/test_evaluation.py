@@ -1,8 +1,9 @@
 import pytest
 
-from dnf_pyg.benchmark import RowLog, pair_meshes, run_benchmark
+from dnf_pyg.benchmark import RowLog, run_benchmark
 from dnf_pyg.mesh.geometry import face_normals
 from dnf_pyg.mesh.io import read_mesh
+from dnf_pyg.mesh.pairs import pair_meshes
 from dnf_pyg.metrics import MeanAngularDifference, VertexError
 
 

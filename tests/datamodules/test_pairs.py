@@ -1,7 +1,6 @@
 import pytest
-import trimesh
 
-from datamodules.pairs import PairsDataModule, find_pairs, sound_pairs
+from datamodules.pairs import PairsDataModule, find_pairs
 from dnf_pyg.errors import DataError
 
 PATTERN = r"(.+)_n\d+"
@@ -38,17 +37,6 @@ def test_lists_all_files_without_partner(pair_folders):
     (clean / "box2.obj").unlink()
     with pytest.raises(DataError, match=r"box2_n1\.obj.*box2_n2\.obj.*lonely\.obj"):
         find_pairs(noisy, clean, PATTERN)
-
-
-def test_lists_all_broken_pairs_or_skips_them(pair_folders):
-    clean, noisy = pair_folders
-    (noisy / "box0_n1.obj").write_text("not a mesh")
-    trimesh.creation.icosphere(1).export(noisy / "box1_n2.obj")
-    pairs = find_pairs(noisy, clean, PATTERN)
-    with pytest.raises(DataError, match=r"(?s)got 2 others.*box0_n1\.obj.*box1_n2\.obj.*80 and 192 faces"):
-        sound_pairs(pairs, "stop")
-    with pytest.warns(match="2 pairs are left out"):
-        assert len(sound_pairs(pairs, "skip")) == 4
 
 
 def test_names_a_missing_folder(tmp_path):

@@ -1,0 +1,27 @@
+"""Noisy and clean meshes that belong together, by the layout of the CNR benchmark."""
+
+from pathlib import Path
+
+from dnf_pyg.errors import DataError
+from dnf_pyg.mesh.io import SUFFIXES
+
+__all__ = ["pair_meshes"]
+
+
+def pair_meshes(folder: Path) -> list[tuple[Path, Path]]:
+    """Pair every mesh in ``noisy/`` with the clean one in ``original/`` whose name it starts with, sorted by name.
+
+    Clean ``NAME.obj`` belongs to ``NAME_n1.obj``, ``NAME_noisy.ply`` and so on; the longest such name counts.
+
+    Raises:
+        DataError: If there is no pair.
+    """
+    clean = {path.stem: path for path in sorted((folder / "original").iterdir()) if path.suffix.lower() in SUFFIXES}
+    pairs = []
+    for noisy in sorted((folder / "noisy").iterdir()):
+        names = [name for name in clean if noisy.stem.startswith(f"{name}_") and noisy.suffix.lower() in SUFFIXES]
+        if names:
+            pairs.append((noisy, clean[max(names, key=len)]))
+    if not pairs:
+        raise DataError(f"Expected noisy/NAME_n1.obj and original/NAME.obj in '{folder}' (got no such pair)")
+    return pairs
