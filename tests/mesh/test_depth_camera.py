@@ -52,7 +52,26 @@ def test_kinect_v1_error_grows_with_depth_and_comes_in_steps():
     near, far = (KinectV1().depth_error(torch.tensor([z]), torch.tensor([0.0])) for z in (0.8, 2.0))
     assert far / near == pytest.approx((0.0012 + 0.0019 * 1.6**2) / (0.0012 + 0.0019 * 0.4**2))
     steps = KinectV1().quantise(torch.linspace(0.98, 1.02, 1000, dtype=torch.float64)).unique()
-    assert (steps.diff().mean()).item() == pytest.approx(1 / (8 * 585 * 0.075), rel=0.1)
+    assert (steps.diff().mean()).item() == pytest.approx(1 / 351.3, rel=0.1)
     assert KinectV2().depth_error(torch.ones(1), torch.tensor([math.radians(75)])) > 2 * KinectV2().depth_error(
         torch.ones(1), torch.zeros(1)
     )
+
+
+def test_kinect_v1_depths_are_those_of_the_published_formula():
+    centimetres = torch.linspace(80, 300, 500, dtype=torch.float64)
+    published = 35130 / (35130 / centimetres).round()  # Barron and Malik 2013, without its noise
+    torch.testing.assert_close(100 * KinectV1().quantise(centimetres / 100), published)
+
+
+def test_kinect_v1_noise_beyond_60_degrees():
+    z, slant = torch.tensor([1.5, 1.5]), torch.tensor([0.3, 1.2])
+    base = 0.0012 + 0.0019 * (1.5 - 0.4) ** 2
+    expected = [base, base + 0.0001 / math.sqrt(1.5) * 1.2**2 / (math.pi / 2 - 1.2) ** 2]
+    assert KinectV1().depth_error(z, slant).tolist() == pytest.approx(expected, rel=1e-6)
+
+
+def test_kinect_v2_noise_in_millimetres():
+    value = KinectV2().depth_error(torch.tensor([2.0]), torch.tensor([1.0]))
+    grazing = 0.1 * 2**1.5 / (math.pi / 2 - 1) ** 2
+    assert float(value) == pytest.approx(1e-3 * (1.5 - 0.5 * 2 + 0.3 * 4 + grazing), rel=1e-6)
