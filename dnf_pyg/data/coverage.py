@@ -13,8 +13,9 @@ from dnf_pyg.mesh.geodesic import BoundDijkstra
 
 __all__ = ["plan_seeds"]
 
-_CANDIDATES = 20  # candidate patches that hold a face, on average
-_STEPS = 40  # exchanges of the search per patch that a cover without any overlap would take
+_CANDIDATES = 16  # candidate patches that hold a face, on average
+_STEPS = 10  # exchanges of the search per patch that a cover without any overlap would take; more take longer to find
+# than the patches that they save take to filter
 
 Ints = NDArray[np.int64]
 Shorts = NDArray[np.int32]

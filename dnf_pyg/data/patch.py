@@ -15,6 +15,7 @@ attribute               shape             meaning
 Where every face has K nearest faces E = N K, and a level of k of them is ``edge_index.view(2, N, K)[:, :, :k]``.
 """
 
+import threading
 from typing import NamedTuple
 
 import numpy as np
@@ -46,7 +47,7 @@ class Patch(NamedTuple):
 
 
 class PatchExtractor:
-    """Cut patches out of one mesh.
+    """Cut patches out of one mesh; threads may share it.
 
     Source: Li et al. 2020, Sec. 3.2.
 
@@ -79,7 +80,7 @@ class PatchExtractor:
         self.k = k
         self.graph = FacetGraph.from_mesh(pos, face)
         self.growth = (growth or DijkstraGrowth()).bind(pos, face, self.graph)
-        self._row = np.full(self.graph.num_faces, -1, np.int32)
+        self._scratch = _Scratch(self.graph.num_faces)
 
     @property
     def num_faces(self) -> int:
@@ -100,8 +101,15 @@ class PatchExtractor:
         face_id, distance = self.growth.grow(seed, self.patch_size)
         ptr, neighbor, length, _ = self.graph
         k = min(self.k, len(face_id))
-        table = nearest_within(ptr, neighbor, length, face_id.numpy(), k, self.graph.shift, self._row)
+        table = nearest_within(ptr, neighbor, length, face_id.numpy(), k, self.graph.shift, self._scratch.row)
         return Patch(face_id, torch.from_numpy(table), distance)
+
+
+class _Scratch(threading.local):
+    """Array of one thread that every patch uses again."""
+
+    def __init__(self, num_faces: int) -> None:
+        self.row = np.full(num_faces, -1, np.int32)
 
 
 def patch_to_data(patch: Patch, normal: Tensor, clean_normal: Tensor | None = None) -> Data:

@@ -2,6 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 
 import torch
 from torch import Generator, Tensor
@@ -126,10 +127,13 @@ def cover(extractor: PatchExtractor, min_coverage: int = 2, generator: Generator
     if min_coverage < 1:
         raise ValueError(f"Expected 'min_coverage' of at least 1 (got {min_coverage})")
     count = torch.zeros(extractor.num_faces, dtype=torch.int32)
-    for seed in plan_seeds(extractor.graph, extractor.patch_size, min_coverage, generator).tolist():
-        patch = extractor.extract(seed)
-        count[patch.face_id] += 1
-        yield patch
+    seeds = plan_seeds(extractor.graph, extractor.patch_size, min_coverage, generator).tolist()
+    num_threads = torch.get_num_threads()
+    with ThreadPoolExecutor(num_threads) as pool:
+        for first in range(0, len(seeds), 4 * num_threads):  # threads rest while the caller works on these
+            for patch in pool.map(extractor.extract, seeds[first : first + 4 * num_threads]):
+                count[patch.face_id] += 1
+                yield patch
     while int(count.min()) < min_coverage:
         patch = extractor.extract(int(count.argmin()))
         count[patch.face_id] += 1

@@ -1,5 +1,6 @@
 """Geodesic distance between faces: the facet graph, its K nearest faces, and the growth of patches."""
 
+import threading
 from typing import NamedTuple, Protocol, Self
 
 import numpy as np
@@ -168,23 +169,29 @@ class DijkstraGrowth:
 
 
 class BoundDijkstra:
-    """Growth by Dijkstra's search on one facet graph; see :class:`DijkstraGrowth`. One thread at a time."""
+    """Growth by Dijkstra's search on one facet graph; see :class:`DijkstraGrowth`. Threads may share it."""
 
     def __init__(self, graph: FacetGraph) -> None:
         self.graph = graph
-        self._best = np.empty(graph.num_faces, np.int64)
-        self._stamp = np.zeros(graph.num_faces, np.int32)
-        self._serial = 0
+        self._scratch = _Scratch(graph.num_faces)
 
     def grow(self, seed: int, size: int) -> tuple[Tensor, Tensor]:
         """Find the faces nearest to a seed, see :meth:`BoundGrowth.grow`."""
         ptr, neighbor, length, step = self.graph
         shift = self.graph.shift
         size = min(size, self.graph.num_faces)
-        self._serial += 1
-        key = nearest_of_one(ptr, neighbor, length, seed, size, shift, self._best, self._stamp, self._serial)
+        own = self._scratch
+        own.serial += 1
+        key = nearest_of_one(ptr, neighbor, length, seed, size, shift, own.best, own.stamp, own.serial)
         distance = ((key >> shift) * step).astype(np.float32)
         return torch.from_numpy(key & ((1 << shift) - 1)), torch.from_numpy(distance)
+
+
+class _Scratch(threading.local):  # arrays of one thread that every search uses again
+    def __init__(self, num_faces: int) -> None:
+        self.best = np.empty(num_faces, np.int64)
+        self.stamp = np.zeros(num_faces, np.int32)
+        self.serial = 0
 
 
 class HeatGrowth:
@@ -235,9 +242,8 @@ class _BoundHeat:
         distance[self._component != self._component[seed]] = np.inf
         distance[seed] = -1
         face_id = np.argsort(distance, kind="stable")[: min(size, np.isfinite(distance).sum())]
-        return torch.from_numpy(face_id), torch.from_numpy(
-            (distance[face_id].clip(min=0) * self._scale).astype(np.float32)
-        )
+        length = (distance[face_id].clip(min=0) * self._scale).astype(np.float32)
+        return torch.from_numpy(face_id), torch.from_numpy(length)
 
 
 def _heat_error(error: object) -> MeshError:
