@@ -8,6 +8,7 @@ from lightning.pytorch.utilities import rank_zero_info
 from torch.utils.data import DataLoader
 
 from dnf_pyg.errors import DataError
+from dnf_pyg.mesh.atomic import check_writable
 from dnf_pyg.mesh.io import find_meshes
 
 __all__ = ["MeshFilesDataModule", "equal_shares"]
@@ -45,15 +46,15 @@ class MeshFilesDataModule(LightningDataModule):
         overwrite: Do inputs again whose output is there already.
 
     Raises:
-        DataError: If the output is no folder.
-        MeshFileError: See :func:`~dnf_pyg.mesh.io.find_meshes`.
+        DataError: If the results would replace the inputs.
+        MeshFileError: If nothing can be written to the output; for the inputs see
+            :func:`~dnf_pyg.mesh.io.find_meshes`.
     """
 
     def __init__(self, inputs: Sequence[str], output: str, overwrite: bool = False) -> None:
         super().__init__()
         self.save_hyperparameters()
-        if not Path(output).is_dir():
-            raise DataError(f"Expected an existing folder for the results (got '{output}'): create it first")
+        check_writable(Path(output) / "result")
         self._pairs = [(path, Path(output) / path.name) for path in find_meshes(Path(path) for path in inputs)]
         same = [str(source) for source, target in self._pairs if source.resolve() == target.resolve()]
         if same:

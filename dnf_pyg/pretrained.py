@@ -2,6 +2,7 @@
 
 import json
 import pickle
+import warnings
 from pathlib import Path
 
 import torch
@@ -59,27 +60,36 @@ def load_network(weights: str | Path) -> DNFNet:
 def _from_folder(folder: Path) -> DNFNet:
     missing = [name for name in ("config.json", "model.safetensors") if not (folder / name).is_file()]
     if missing:
-        raise WeightsError(f"Expected a folder made by save_pretrained (got {folder} without {', '.join(missing)})")
+        raise WeightsError(
+            f"Expected a folder of weights (got '{folder}' without {', '.join(missing)}): give one that "
+            "`dnf-pyg weights export` or `save_pretrained` wrote"
+        )
     try:
         net = DNFNet(**json.loads((folder / "config.json").read_text(encoding="utf-8")))
         net.load_state_dict(load_file(folder / "model.safetensors"))
     except (OSError, TypeError, ValueError, RuntimeError, SafetensorError) as error:
-        raise WeightsError(f"Expected weights of a DNFNet (got {folder}: {_first_line(error)})") from error
+        raise _other_network(folder, error) from error
     return net.eval()
 
 
 def _from_checkpoint(path: Path) -> DNFNet:
     try:
-        checkpoint = torch.load(path, map_location="cpu", weights_only=True)
+        with warnings.catch_warnings():
+            warnings.filterwarnings("ignore", message="Detected pickle protocol")  # refused in a moment
+            checkpoint = torch.load(path, map_location="cpu", weights_only=True)
     except pickle.UnpicklingError as error:
         raise WeightsError(
-            f"Expected a checkpoint of plain tensors and numbers (got {path}: truncated, or a pickle with code, "
+            f"Expected a checkpoint of plain tensors and numbers (got '{path}': truncated, or a pickle with code, "
             "which is not run): save it again with `dnf-pyg fit`"
         ) from error
     except (RuntimeError, EOFError, OSError, ValueError, KeyError) as error:
-        raise WeightsError(f"Expected a readable checkpoint (got {path}: {_first_line(error)})") from error
+        raise WeightsError(
+            f"Expected a readable checkpoint (got '{path}': {_reason(error)}): copy it again, or take an earlier one"
+        ) from error
     if not isinstance(checkpoint, dict) or not {"network", "state_dict"} <= checkpoint.keys():
-        raise WeightsError(f"Expected a checkpoint made by `dnf-pyg fit` (got {path} without key 'network')")
+        raise WeightsError(
+            f"Expected a checkpoint made by `dnf-pyg fit` (got '{path}' without key 'network'): give one of those"
+        )
     state = {
         key.removeprefix("net."): value for key, value in checkpoint["state_dict"].items() if key.startswith("net.")
     }
@@ -87,9 +97,18 @@ def _from_checkpoint(path: Path) -> DNFNet:
         net = DNFNet(**checkpoint["network"])
         net.load_state_dict(state)
     except (TypeError, ValueError, RuntimeError) as error:
-        raise WeightsError(f"Expected weights of a DNFNet (got {path}: {_first_line(error)})") from error
+        raise _other_network(path, error) from error
     return net.eval()
 
 
-def _first_line(error: BaseException) -> str:
-    return (str(error).splitlines() or [type(error).__name__])[0]
+def _other_network(path: Path, error: BaseException) -> WeightsError:
+    return WeightsError(
+        f"Expected weights of a DNFNet (got '{path}': {_reason(error)}): copy them again, or train them with this package"
+    )
+
+
+def _reason(error: BaseException) -> str:
+    """What torch says, shortened: its first line, or the one below a line that only announces it."""
+    lines = [line.strip() for line in str(error).splitlines()] or [type(error).__name__]
+    line = lines[1] if lines[0].endswith(":") and len(lines) > 1 else lines[0]
+    return line.split(". ")[0].rstrip(".")

@@ -1,6 +1,7 @@
 """Pictures of denoised meshes, and the page that shows them in 3D."""
 
 import base64
+import io
 import json
 import re
 from collections.abc import Mapping, Sequence
@@ -9,6 +10,7 @@ from html import escape
 from importlib.resources import files
 from pathlib import Path
 from types import MappingProxyType
+from typing import BinaryIO
 
 import matplotlib as mpl
 import numpy as np
@@ -43,7 +45,7 @@ def normal_error(pos: Tensor, reference_pos: Tensor, face: Tensor) -> Tensor:
 
 
 def draw_meshes(
-    path: str | Path,
+    path: str | Path | BinaryIO,
     meshes: Mapping[str, tuple[Tensor, Tensor]],
     reference: tuple[Tensor, Tensor] | None = None,
     *,
@@ -54,7 +56,7 @@ def draw_meshes(
     """Draw meshes side by side, and below them how far their facet normals are off.
 
     Args:
-        path: Picture to write (png).
+        path: Picture to write (png): a file, or a stream.
         meshes: Positions (V, 3) and faces (3, F) of each mesh by its title, from left to right.
         reference: Clean mesh; meshes with as many faces get an error map against it.
         max_error: Error at the end of the colour scale, degrees.
@@ -62,6 +64,7 @@ def draw_meshes(
         view: Direction that the meshes are seen from; y is up.
 
     Raises:
+        MeshFileError: If the picture cannot be written.
         ValueError: If no mesh is given.
     """
     if not meshes:
@@ -91,7 +94,9 @@ def draw_meshes(
         left = 1 - 0.75 / figure.get_figwidth()
         bar = figure.add_axes((left, 0.05, 0.2 / figure.get_figwidth(), 0.36))
         figure.colorbar(scale, cax=bar, extend="max", label="error of the facet normal (degrees)")
-    figure.savefig(path)
+    picture = io.BytesIO()
+    figure.savefig(picture)
+    write_bytes(Path(path), picture.getvalue())
 
 
 @dataclass(frozen=True)

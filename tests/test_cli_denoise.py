@@ -133,7 +133,7 @@ def test_bad_input_is_one_line_and_writes_nothing(call, tmp_path, name):
 @pytest.mark.parametrize(
     ("words", "text"),
     [
-        (("-o", "absent/out.ply"), "existing folder"),
+        (("-o", "absent/out.ply"), "writable folder"),
         (("-o", "out.docx"), "ending in"),
         (("-o", "out.ply", "--mask", "nowhere"), "no file and no property"),
         (("-o", "out.ply", "--device", "cuda:99"), "device of this machine"),

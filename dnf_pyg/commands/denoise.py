@@ -16,6 +16,7 @@ from dnf_pyg.commands.outcome import Outcome, outcome_figures, outcome_text
 from dnf_pyg.commands.settings import add_settings, count, denoise_settings
 from dnf_pyg.denoise import denoise
 from dnf_pyg.errors import DNFError, MeshFileError
+from dnf_pyg.mesh.atomic import check_writable
 from dnf_pyg.mesh.io import SUFFIXES, check_suffix, find_meshes, read_mesh, write_mesh
 from dnf_pyg.mesh.selection import read_selection
 from dnf_pyg.nn import DNFNet
@@ -55,6 +56,8 @@ def run(options: argparse.Namespace) -> None:
         raise MeshFileError("Expected one input with --reference, --picture, --report and --mask (got several)")
     if options.threads is not None:
         torch.set_num_threads(options.threads)
+    if to_folder:
+        check_writable(options.output / "result")
     net = load_network(options.weights)
     _check_device(options.device)
     failed = []
@@ -77,10 +80,11 @@ def _run_one(path: Path, output: Path, net: DNFNet, options: argparse.Namespace)
     start = time.perf_counter()
     check_suffix(output)
     for target in (output, options.picture, options.report):
-        if target is not None and target.exists() and not options.overwrite:
+        if target is None:
+            continue
+        check_writable(target)
+        if target.exists() and not options.overwrite:
             raise MeshFileError(f"Expected a new output file (got '{target}', which exists): add --overwrite")
-        if target is not None and not target.absolute().parent.is_dir():
-            raise MeshFileError(f"Expected an existing folder for '{target}' (got none): create it first")
     mesh = read_mesh(path)
     reference = None if options.reference is None else read_reference(options.reference, mesh)
     settings = denoise_settings(options)

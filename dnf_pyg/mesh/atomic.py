@@ -3,11 +3,33 @@
 import contextlib
 import os
 import tempfile
+from collections.abc import Mapping
 from pathlib import Path
 
 from dnf_pyg.errors import MeshFileError
 
-__all__ = ["write_bytes"]
+__all__ = ["check_writable", "write_bytes", "write_files"]
+
+
+def check_writable(path: Path) -> None:
+    """Make sure, before long work, that a file can be written.
+
+    Args:
+        path: File to be written later; nothing is left there now.
+
+    Raises:
+        MeshFileError: If its folder does not exist or nothing can be written there.
+
+    Examples:
+        >>> check_writable(Path("/absent/mesh.obj"))
+        Traceback (most recent call last):
+        dnf_pyg.errors.MeshFileError: Expected a writable folder ... (got: No such file or directory): create it ...
+    """
+    try:
+        with tempfile.NamedTemporaryFile(dir=path.parent, prefix=f".{path.name}."):
+            pass
+    except OSError as error:
+        raise _no_folder(path, error) from error
 
 
 def write_bytes(path: Path, data: bytes) -> None:
@@ -25,22 +47,44 @@ def write_bytes(path: Path, data: bytes) -> None:
         Traceback (most recent call last):
         dnf_pyg.errors.MeshFileError: Expected a writable folder ... (got: No such file or directory): create it ...
     """
+    write_files({path: data})
+
+
+def write_files(files: Mapping[Path, bytes]) -> None:
+    """Write several files that belong together; each gets its name when all of them are on the disk.
+
+    Args:
+        files: Content of each file; those that exist are replaced.
+
+    Raises:
+        MeshFileError: If one cannot be written; nothing is left behind then.
+    """
+    drafts: dict[Path, str] = {}
     try:
-        descriptor, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-    except OSError as error:
-        reason = f"Expected a writable folder for '{path}' (got: {error.strerror})"
-        raise MeshFileError(f"{reason}: create it or choose another") from error
-    try:
-        with os.fdopen(descriptor, "wb") as file:
-            file.write(data)
-        Path(temporary).chmod(0o666 & ~_umask())
-        os.replace(temporary, path)
+        for path, data in files.items():
+            try:
+                descriptor, drafts[path] = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+            except OSError as error:
+                raise _no_folder(path, error) from error
+            with os.fdopen(descriptor, "wb") as file:
+                file.write(data)
+            Path(drafts[path]).chmod(0o666 & ~_umask())
+        for path in files:
+            os.replace(drafts[path], path)
+    except MeshFileError:
+        raise
     except OSError as error:
         reason = f"Expected to write '{path}' (got: {error.strerror})"
         raise MeshFileError(f"{reason}: free some space or choose another place") from error
     finally:
-        with contextlib.suppress(FileNotFoundError):
-            Path(temporary).unlink()
+        for draft in drafts.values():
+            with contextlib.suppress(FileNotFoundError):
+                Path(draft).unlink()
+
+
+def _no_folder(path: Path, error: OSError) -> MeshFileError:
+    reason = f"Expected a writable folder for '{path}' (got: {error.strerror})"
+    return MeshFileError(f"{reason}: create it or choose another")
 
 
 def _umask() -> int:

@@ -15,7 +15,7 @@ import trimesh
 from torch import Tensor
 
 from dnf_pyg.errors import MeshError, MeshFileError
-from dnf_pyg.mesh.atomic import write_bytes
+from dnf_pyg.mesh.atomic import write_files
 from dnf_pyg.mesh.formats import DOCUMENTS, Document, GlbDocument
 
 __all__ = ["SUFFIXES", "MeshFile", "check_suffix", "find_meshes", "read_mesh", "write_mesh"]
@@ -130,8 +130,7 @@ def write_mesh(mesh: MeshFile | trimesh.Trimesh, pos: Tensor, path: str | Path) 
         files = {**_companions(mesh, path.parent), path: mesh.document.with_positions(new_pos)}
     else:
         files = _exported(_as_trimesh(mesh, new_pos), path)
-    for target, data in files.items():
-        write_bytes(target, data)
+    write_files(files)
 
 
 def find_meshes(paths: Iterable[Path]) -> list[Path]:
@@ -150,14 +149,14 @@ def find_meshes(paths: Iterable[Path]) -> list[Path]:
     """
     found = []
     for path in paths:
-        if not path.exists():
-            raise MeshFileError(f"Expected a mesh file (got '{path}', which does not exist): check the path")
-        if not path.is_dir():
-            found.append(path)
-            continue
         try:
+            if not path.exists():
+                raise MeshFileError(f"Expected a mesh file (got '{path}', which does not exist): check the path")
+            if not path.is_dir():
+                found.append(path)
+                continue
             inside = [file for file in sorted(path.iterdir()) if file.suffix.lower() in SUFFIXES]
-        except OSError as error:
+        except PermissionError as error:
             raise MeshFileError(
                 f"Expected a readable folder (got '{path}': {error.strerror}): check permissions"
             ) from error

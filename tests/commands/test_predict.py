@@ -96,7 +96,7 @@ def test_nothing_left_to_do(folders, caplog):
 @pytest.mark.parametrize(
     ("change", "text"),
     [
-        ({"output": "absent"}, "existing folder"),
+        ({"output": "absent"}, "writable folder"),
         ({"output": "in"}, "another folder"),
         ({"inputs": ["absent.ply"]}, "does not exist"),
         ({"inputs": ["out"]}, "without any"),

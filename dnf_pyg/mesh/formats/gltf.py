@@ -24,6 +24,8 @@ class GltfDocument(Document):
     def __init__(self, data: bytes, folder: Path) -> None:
         super().__init__(data, folder)
         tree = json.loads(data.decode("utf-8-sig"))
+        if not isinstance(tree, dict):
+            raise ValueError("JSON, but no glTF")
         self.scene = GltfScene(tree, [load_uri(buffer.get("uri", ""), folder) for buffer in tree.get("buffers", [])])
         self.pos, self.face = self.scene.pos, self.scene.face
 
