@@ -103,7 +103,8 @@ def _from_checkpoint(path: Path) -> DNFNet:
 
 def _other_network(path: Path, error: BaseException) -> WeightsError:
     return WeightsError(
-        f"Expected weights of a DNFNet (got '{path}': {_reason(error)}): copy them again, or train them with this package"
+        f"Expected weights of a DNFNet (got '{path}': {_reason(error)}): copy them again, or train them with "
+        "this package"
     )
 
 
