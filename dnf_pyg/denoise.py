@@ -27,7 +27,6 @@ __all__ = ["FAST", "DenoiseResult", "denoise"]
 FAST: Mapping[str, Any] = MappingProxyType({"min_coverage": 1, "neighbors": (10, 12, 16), "batch_size": 8})
 """Arguments that trade a little quality for speed: ``denoise(mesh, **FAST)``."""
 
-NOISE_RANGE = (0.03, 0.45)  # levels that the packaged weights were trained on, in mean edge lengths
 _ANCHOR = 1.2e-4  # anchor of the vertex update times the square of the noise level: weak noise, strong anchor
 _STRONGEST_ANCHOR = 0.03
 
@@ -166,7 +165,7 @@ def denoise(
         flipped[0],
         flipped[1],
         seconds,
-        _warnings(noise_level, flipped[1]),
+        _warnings(noise_level, net.noise_range, flipped[1]),
     )
 
 
@@ -190,9 +189,9 @@ def _fixed_vertices(
     return fixed | boundary_vertices(face, num_vertices) if preserve_boundary else fixed
 
 
-def _warnings(noise_level: float, num_flipped: int) -> list[str]:
+def _warnings(noise_level: float, noise_range: tuple[float, float] | None, num_flipped: int) -> list[str]:
     found = []
-    lowest, highest = NOISE_RANGE
+    lowest, highest = noise_range or (0.0, float("inf"))
     if noise_level < lowest:
         found.append(
             f"The noise level of about {noise_level:.3f} mean edge lengths is below {lowest}, the least that the "

@@ -4,31 +4,10 @@ import torch
 from torch import Tensor
 from torchmetrics import Metric
 
-from dnf_pyg.mesh.geometry import mean_edge_length
+from dnf_pyg.mesh.geometry import angular_difference, mean_edge_length
 from dnf_pyg.mesh.surface_distance import surface_distance
 
 __all__ = ["MeanAngularDifference", "VertexError", "angular_difference"]
-
-
-def angular_difference(normal: Tensor, clean_normal: Tensor) -> Tensor:
-    """Angle between corresponding normals, exact also for small angles (no arc cosine).
-
-    Args:
-        normal: Normals (F, 3); unit length is not needed. A zero vector, a face that collapsed, counts as 90 degrees.
-        clean_normal: Normals to compare with (F, 3).
-
-    Returns:
-        Degrees (F,), between 0 and 180.
-
-    Example:
-        >>> angular_difference(torch.tensor([[1.0, 0.0, 0.0]]), torch.tensor([[1.0, 1.0, 0.0]]))
-        tensor([45.])
-    """
-    normal, clean_normal = normal.double(), clean_normal.double()
-    sine = torch.linalg.cross(normal, clean_normal).norm(dim=-1)
-    cosine = (normal * clean_normal).sum(dim=-1)
-    angle = torch.rad2deg(torch.atan2(sine, cosine))
-    return torch.where((sine == 0) & (cosine == 0), 90.0, angle).float()
 
 
 class MeanAngularDifference(Metric):

@@ -4,6 +4,7 @@ import json
 import pickle
 import warnings
 from pathlib import Path
+from typing import Any
 
 import torch
 from safetensors import SafetensorError
@@ -12,9 +13,10 @@ from safetensors.torch import load_file
 from dnf_pyg.errors import WeightsError
 from dnf_pyg.nn import DNFNet
 
-__all__ = ["DEFAULT_WEIGHTS", "load_network", "packaged_weights"]
+__all__ = ["DEFAULT_WEIGHTS", "TRAINING_FILE", "load_network", "packaged_weights"]
 
 DEFAULT_WEIGHTS = "best"
+TRAINING_FILE = "training.json"  # beside released weights: what they were trained on
 _FOLDER = Path(__file__).parent / "weights"
 
 
@@ -36,7 +38,7 @@ def load_network(weights: str | Path) -> DNFNet:
             (:meth:`DNFNet.save_pretrained`), or a Lightning checkpoint made by ``dnf-pyg fit``.
 
     Returns:
-        The network, on the CPU.
+        The network, on the CPU, with ``noise_range`` where the file tells what it was trained on.
 
     Raises:
         WeightsError: If there are no such weights, or the file is damaged, holds code, or fits no network.
@@ -67,6 +69,8 @@ def _from_folder(folder: Path) -> DNFNet:
     try:
         net = DNFNet(**json.loads((folder / "config.json").read_text(encoding="utf-8")))
         net.load_state_dict(load_file(folder / "model.safetensors"))
+        if (folder / TRAINING_FILE).is_file():  # not in folders that save_pretrained wrote
+            net.noise_range = _noise_range(json.loads((folder / TRAINING_FILE).read_text(encoding="utf-8")))
     except (OSError, TypeError, ValueError, RuntimeError, SafetensorError) as error:
         raise _other_network(folder, error) from error
     return net.eval()
@@ -96,9 +100,18 @@ def _from_checkpoint(path: Path) -> DNFNet:
     try:
         net = DNFNet(**checkpoint["network"])
         net.load_state_dict(state)
+        net.noise_range = _noise_range(checkpoint.get("datamodule_hyper_parameters", {}))
     except (TypeError, ValueError, RuntimeError) as error:
         raise _other_network(path, error) from error
     return net.eval()
+
+
+def _noise_range(training: dict[str, Any]) -> tuple[float, float] | None:
+    """Noise levels among what is known of the training."""
+    if training.get("noise_level") is None:
+        return None
+    lowest, highest = training["noise_level"]
+    return float(lowest), float(highest)
 
 
 def _other_network(path: Path, error: BaseException) -> WeightsError:

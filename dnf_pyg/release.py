@@ -11,6 +11,7 @@ from huggingface_hub import ModelCard, ModelCardData
 
 from dnf_pyg.errors import WeightsError
 from dnf_pyg.nn import DNFNet
+from dnf_pyg.pretrained import TRAINING_FILE
 
 __all__ = ["Release", "fingerprint", "read_release", "write_release"]
 
@@ -88,7 +89,8 @@ def write_release(
     recipe: str,
     benchmark: Mapping[str, Any] | None = None,
 ) -> Release:
-    """Write weights as safetensors with ``config.json``, model card (``README.md``) and ``metrics.json``.
+    """Write weights as safetensors with ``config.json``, model card (``README.md``), ``metrics.json`` and
+    ``training.json`` (the noise levels that it was trained on, where the network knows them).
 
     Args:
         folder: Where to write; its name is that of the weights. Files of an earlier release are replaced.
@@ -126,6 +128,8 @@ def write_release(
             **{key: metrics[key] for key in ("num_parameters", "sha256", "fingerprint")},
         )
         (folder / "metrics.json").write_text(json.dumps(metrics, indent=1) + "\n")
+        training = {"noise_level": None if net.noise_range is None else list(net.noise_range)}
+        (folder / TRAINING_FILE).write_text(json.dumps(training) + "\n")
         (folder / "README.md").write_text(card)
     except OSError as error:
         raise WeightsError(f"Expected a folder that can be written (got '{folder}': {error.strerror})") from error

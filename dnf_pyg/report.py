@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from dnf_pyg.mesh.atomic import write_bytes
-from dnf_pyg.mesh.geometry import face_normals, mean_edge_length
+from dnf_pyg.mesh.geometry import angular_difference, face_normals, mean_edge_length
 from dnf_pyg.raster import Camera, render
 
 __all__ = ["draw_meshes", "normal_error", "write_report"]
@@ -40,8 +40,7 @@ def normal_error(pos: Tensor, reference_pos: Tensor, face: Tensor) -> Tensor:
         >>> normal_error(flat, upright, torch.tensor([[0], [1], [2]])).round().tolist()
         [90.0]
     """
-    cosine = (face_normals(pos.double(), face) * face_normals(reference_pos.double(), face)).sum(dim=-1)
-    return cosine.clamp(-1, 1).arccos().rad2deg()
+    return angular_difference(face_normals(pos.double(), face), face_normals(reference_pos.double(), face))
 
 
 def draw_meshes(
@@ -96,7 +95,10 @@ def draw_meshes(
         figure.colorbar(scale, cax=bar, extend="max", label="error of the facet normal (degrees)")
     picture = io.BytesIO()
     figure.savefig(picture)
-    write_bytes(Path(path), picture.getvalue())
+    if isinstance(path, str | Path):
+        write_bytes(Path(path), picture.getvalue())
+    else:
+        path.write(picture.getvalue())
 
 
 @dataclass(frozen=True)

@@ -112,7 +112,8 @@ def test_keeps_texture_and_colours(net):
     assert (run(box, net).mesh.visual.uv == box.visual.uv).all()
 
 
-def test_warns_outside_of_what_was_trained(noisy, net, cube_mesh):
+def test_warns_outside_of_what_was_trained(noisy, net, cube_mesh, monkeypatch):
+    monkeypatch.setattr(net, "noise_range", (0.03, 0.45))
     clean = trimesh.Trimesh(cube_mesh[0].numpy(), cube_mesh[1].t().numpy(), process=False).subdivide()
     assert any("below 0.03" in text for text in run(clean, net).warnings)
     wild = noisy.copy()
@@ -121,6 +122,8 @@ def test_warns_outside_of_what_was_trained(noisy, net, cube_mesh):
     )
     assert any("above 0.45" in text for text in run(wild, net).warnings)
     assert not any("noise level" in text for text in run(noisy, net).warnings)
+    monkeypatch.setattr(net, "noise_range", None)  # unknown: nothing to warn of
+    assert not any("noise level" in text for text in run(wild, net).warnings)
 
 
 @pytest.mark.parametrize(

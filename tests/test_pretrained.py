@@ -5,7 +5,7 @@ import torch
 
 from dnf_pyg.errors import WeightsError
 from dnf_pyg.nn import DNFNet
-from dnf_pyg.pretrained import load_network
+from dnf_pyg.pretrained import load_network, packaged_weights
 
 SMALL = {"k": (3, 5, 8), "residual_k": 4, "channels": (8, 8, 8), "embedding_channels": 8}
 
@@ -34,6 +34,17 @@ def test_checkpoint_round_trip(net, checkpoint):
     loaded = load_network(checkpoint)
     assert not loaded.training
     assert_same(net, loaded)
+
+
+def test_checkpoint_tells_the_noise_levels_of_its_data(checkpoint):
+    assert load_network(checkpoint).noise_range is None
+    content = torch.load(checkpoint, weights_only=True)
+    torch.save({**content, "datamodule_hyper_parameters": {"noise_level": [0.1, 0.3]}}, checkpoint)
+    assert load_network(checkpoint).noise_range == (0.1, 0.3)
+
+
+def test_packaged_weights_tell_the_noise_levels_of_their_training():
+    assert all(load_network(name).noise_range == (0.03, 0.45) for name in packaged_weights())
 
 
 def test_folder_round_trip(net, tmp_path):

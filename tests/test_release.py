@@ -50,6 +50,18 @@ def test_released_weights_load_as_the_same_network(net, tmp_path):
     assert fingerprint(loaded) == fingerprint(net) == read_release(tmp_path / "boxes").metrics["fingerprint"]
 
 
+def test_noise_levels_of_the_training_travel_with_the_weights(net, tmp_path):
+    release(tmp_path / "boxes", net)
+    assert load_network(tmp_path / "boxes").noise_range is None
+    net.noise_range = (0.1, 0.3)
+    release(tmp_path / "boxes", net)
+    assert load_network(tmp_path / "boxes").noise_range == (0.1, 0.3)
+    assert fingerprint(net) == fingerprint(load_network(tmp_path / "boxes"))
+    (tmp_path / "boxes" / "training.json").write_text('{"noise_level": "strong"}')
+    with pytest.raises(WeightsError, match="boxes"):
+        load_network(tmp_path / "boxes")
+
+
 def test_fingerprint_changes_with_weights_and_with_configuration(net):
     before = fingerprint(net)
     torch.manual_seed(0)

@@ -1,9 +1,10 @@
-"""Facet normals, areas, centroids, edges and vertex normals of a triangle mesh."""
+"""Facet normals and the angles between them, areas, centroids, edges and vertex normals of a triangle mesh."""
 
 import torch
 from torch import Tensor
 
 __all__ = [
+    "angular_difference",
     "edges",
     "face_areas",
     "face_centroids",
@@ -180,6 +181,27 @@ def filled_face_normals(pos: Tensor, face: Tensor) -> Tensor:
         around[(around == 0).all(dim=-1)] = around.new_tensor([0.0, 0.0, 1.0])
         normal[missing] = around.to(pos.dtype)
     return normal
+
+
+def angular_difference(normal: Tensor, clean_normal: Tensor) -> Tensor:
+    """Angle between corresponding normals, exact also for small angles (no arc cosine).
+
+    Args:
+        normal: Normals (F, 3); unit length is not needed. A zero vector, a face that collapsed, counts as 90 degrees.
+        clean_normal: Normals to compare with (F, 3).
+
+    Returns:
+        Degrees (F,), between 0 and 180.
+
+    Example:
+        >>> angular_difference(torch.tensor([[1.0, 0.0, 0.0]]), torch.tensor([[1.0, 1.0, 0.0]]))
+        tensor([45.])
+    """
+    normal, clean_normal = normal.double(), clean_normal.double()
+    sine = torch.linalg.cross(normal, clean_normal).norm(dim=-1)
+    cosine = (normal * clean_normal).sum(dim=-1)
+    angle = torch.rad2deg(torch.atan2(sine, cosine))
+    return torch.where((sine == 0) & (cosine == 0), 90.0, angle).float()
 
 
 def _vertex_normal_sums(pos: Tensor, face: Tensor) -> Tensor:

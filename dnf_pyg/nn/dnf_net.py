@@ -57,6 +57,9 @@ class DNFNet(Module, PyTorchModelHubMixin, library_name="dnf_pyg", tags=["mesh-d
         torch.Size([3, 3])
     """
 
+    noise_range: tuple[float, float] | None = None
+    """Noise levels that the weights were trained on, in mean edge lengths, where that is known."""
+
     def __init__(
         self,
         k: Sequence[int] = (10, 30, 50),
