@@ -10,6 +10,7 @@ from lightning.pytorch.cli import LRSchedulerCallable, OptimizerCallable
 from torch import Tensor
 from torch_geometric.data import Batch
 
+from dnf_pyg.distillation import Distillation
 from dnf_pyg.errors import WeightsError
 from dnf_pyg.losses import JointLoss, LossTerms
 from dnf_pyg.metrics import MeanAngularDifference
@@ -37,6 +38,10 @@ class NormalFilteringModule(LightningModule):
             all of ``net.k`` if not given. Differs: the paper trains on all.
         separate_statistics: Names of data sets that keep running statistics of batch normalization of their own
             (:class:`~dnf_pyg.nn.SplitStatistics`); for joint training.
+        distillation: Trained teachers, one for each data set of a joint training.
+
+    Raises:
+        DataError: At the start of a run, if teachers and data sets do not fit each other.
     """
 
     def __init__(
@@ -48,6 +53,7 @@ class NormalFilteringModule(LightningModule):
         scheduler_interval: Literal["epoch", "step"] = "epoch",
         train_k: Sequence[int] | None = None,
         separate_statistics: Sequence[str] | None = None,
+        distillation: Distillation | None = None,
     ) -> None:
         super().__init__()
         self.net = net
@@ -57,12 +63,37 @@ class NormalFilteringModule(LightningModule):
         self.scheduler_interval = scheduler_interval
         self.train_k = train_k
         self.statistics = SplitStatistics(net, separate_statistics) if separate_statistics else None
+        self.distillation = distillation
         self.part_theta = torch.nn.ModuleDict()  # one for each stage and data set of a joint training
         self.train_theta, self.val_theta, self.test_theta = (MeanAngularDifference() for _ in range(3))
 
     def forward(self, batch: Batch) -> Tensor:
         """Filtered normals (F, 3) of a batch of patches."""
         return self.net(batch.normal, batch.edge_index, batch.batch)
+
+    def network_for(self, data_set: str | None = None, levels: Sequence[int] | None = None) -> DNFNet:
+        """Copy the network as one data set of a joint training uses it, in evaluation mode.
+
+        Args:
+            data_set: Name of the data set, where ``separate_statistics`` keeps those of several; the one used last, if
+                not given.
+            levels: Nearest faces that each level sees; the network's own if not given.
+
+        Raises:
+            ValueError: If there are no statistics of such a data set.
+        """
+        if data_set is not None and self.statistics is None:
+            raise ValueError(f"Expected a data set of 'separate_statistics' (got {data_set!r}, none are kept apart)")
+        with self.statistics.use(data_set) if self.statistics and data_set else nullcontext():
+            net = DNFNet(**{**self.net.config, "k": list(levels or self.net.k)})
+            net.load_state_dict(self.net.state_dict())
+        return net.to(self.device).eval()
+
+    def setup(self, stage: str) -> None:
+        """Check what only shows beside the data."""
+        if self.distillation is not None and stage == "fit":
+            parts = getattr(getattr(self.trainer, "datamodule", None), "parts", {})
+            self.distillation.check({name: part.data.hparams.k for name, part in parts.items()})
 
     def training_step(self, batch: Batch | dict[str, Batch], batch_idx: int) -> Tensor:
         """Joint loss of one batch, or of one batch of each data set."""
@@ -116,7 +147,7 @@ class NormalFilteringModule(LightningModule):
                     self.part_theta[key] = MeanAngularDifference().to(self.device)
                 own_theta = cast("MeanAngularDifference", self.part_theta[key])
                 with self.statistics.use(name) if self.statistics else nullcontext():
-                    own = self._log_terms(part, f"{stage}/{name}", [theta, own_theta])
+                    own = self._log_terms(part, stage, [theta, own_theta], name)
                 self.log(f"{stage}/{name}/theta", own_theta, metric_attribute=f"part_theta.{key}",
                          batch_size=part.num_graphs, on_step=False, on_epoch=True)  # fmt: skip
                 parts.append(LossTerms(*(part.weight * term for term in own)))
@@ -126,12 +157,16 @@ class NormalFilteringModule(LightningModule):
         self.log(f"{stage}/theta", theta, batch_size=size, on_step=False, on_epoch=True, prog_bar=True)
         return terms.total
 
-    def _log_terms(self, batch: Batch, place: str, thetas: Sequence[MeanAngularDifference]) -> LossTerms:
+    def _log_terms(
+        self, batch: Batch, stage: str, thetas: Sequence[MeanAngularDifference], data_set: str | None = None
+    ) -> LossTerms:
         stages = self.net.stages(batch.normal, self._edges(batch), batch.batch)
         terms = self.loss(stages, batch.clean_normal, batch.batch)
+        if self.distillation is not None and data_set is not None and self.training:
+            terms = self.distillation(terms, self.loss, stages, data_set, batch)
         for theta in thetas:
             theta.update(stages[-1][0].detach(), batch.clean_normal)
-        self._log_all(place.split("/")[0], place, terms, batch.num_graphs)
+        self._log_all(stage, stage if data_set is None else f"{stage}/{data_set}", terms, batch.num_graphs)
         return terms
 
     def _log_all(self, stage: str, place: str, terms: LossTerms, batch_size: int) -> None:

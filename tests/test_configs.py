@@ -3,18 +3,39 @@
 from pathlib import Path
 
 import pytest
+import trimesh
 import yaml
 
+from datamodules import GeneratedDataModule
+from datamodules.patches import spread
 from dnf_pyg.cli import main
+from dnf_pyg.nn import DNFNet
 
 CONFIGS = sorted((Path(__file__).resolve().parents[1] / "configs").glob("*.yaml"))
 SMALL_NET = ["--model.net.channels=[4,4,4]", "--model.net.embedding_channels=4", "--model.net.residual_k=4"]
+
+
+def small_inputs(path, tmp_path):
+    """The config as it is, but with tiny meshes to denoise and tiny teachers in place of what earlier steps make."""
+    content = yaml.safe_load(path.read_text())
+    for callback in content["trainer"]["callbacks"]:
+        if "meshes" in callback["init_args"]:
+            trimesh.creation.icosphere(subdivisions=1).export(tmp_path / "ball.ply")
+            callback["init_args"] |= {"meshes": ["ball.ply"], "every_n_epochs": 1}
+    teachers = content["model"].get("distillation", {}).get("init_args", {}).get("teachers", {})
+    for name in teachers:
+        DNFNet(k=(3, 5, 8), channels=(4, 4, 4), embedding_channels=4, residual_k=4).save_pretrained(tmp_path / name)
+        teachers[name] = name
+    target = tmp_path / path.name
+    target.write_text(yaml.safe_dump(content))
+    return target
 
 
 @pytest.mark.parametrize("path", CONFIGS, ids=lambda path: path.stem)
 def test_config_fits(path, cnr_folder, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     config = yaml.safe_load(path.read_text())["data"]
+    path = small_inputs(path, tmp_path)
     small, cache = {"patch_size": 60, "num_patches": 2, "batch_size": 2}, tmp_path / "cache"
     if config["class_path"].endswith("JointDataModule"):
         options = {
@@ -43,3 +64,12 @@ def test_paper_settings_are_complete():
         assert config["trainer"]["max_epochs"] == 400
         assert config["model"]["loss"]["init_args"]["alpha"] == 0.5
         assert config["model"]["optimizer"] == {"class_path": "torch.optim.Adam", "init_args": {"lr": 1e-3}}
+
+
+def test_demo_looks_at_a_mesh_that_is_held_back():
+    config = yaml.safe_load((CONFIGS[0].parent / "demo.yaml").read_text())
+    options = config["data"]["init_args"]
+    data = GeneratedDataModule(**{**options, "root": "data"})
+    names = sorted(data._files())
+    meshes = next(entry["init_args"] for entry in config["trainer"]["callbacks"] if "meshes" in entry["init_args"])
+    assert {Path(path).stem for path in meshes["meshes"]} <= spread(names, data.options.val_share)

@@ -7,6 +7,7 @@ import textwrap
 
 import pytest
 import torch
+import trimesh
 
 SCRIPT = textwrap.dedent(
     """
@@ -14,6 +15,7 @@ SCRIPT = textwrap.dedent(
     import torch
     from lightning.pytorch import Callback, Trainer, seed_everything
     from datamodules import CleanMeshesDataModule
+    from dnf_pyg.callbacks import MeshValidation
     from dnf_pyg.module import NormalFilteringModule
     from dnf_pyg.nn import DNFNet
 
@@ -38,35 +40,54 @@ SCRIPT = textwrap.dedent(
                                  cache=cache)
     module = NormalFilteringModule(DNFNet(k=(3, 5, 8), channels=(8, 8, 8), embedding_channels=8, residual_k=4))
     trainer = Trainer(accelerator="cpu", devices=processes, strategy="ddp" if processes > 1 else "auto", max_epochs=2,
-                      callbacks=[Record()], logger=False, enable_progress_bar=False, enable_model_summary=False,
-                      enable_checkpointing=False, limit_val_batches=0)
+                      callbacks=[Record(), MeshValidation([f"{root}/box0.obj"], every_n_epochs=2)], logger=False,
+                      enable_progress_bar=False, enable_model_summary=False, enable_checkpointing=False,
+                      default_root_dir=f"{out}/{processes}")
     trainer.fit(module, data)
+    mesh_theta = float(trainer.callback_metrics["val/mesh_theta"])
     data.hparams.num_patches = 7  # not a multiple of the processes
     theta = trainer.test(module, data, verbose=False)[0]["test/theta"]
     with open(f"{out}/theta-{processes}-{trainer.global_rank}.json", "w") as file:
-        json.dump(theta, file)
+        json.dump({"test": theta, "mesh": mesh_theta}, file)
     """
 )
 
 
-@pytest.fixture
-def records(clean_folder, tmp_path):
-    script = tmp_path / "train.py"
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Where one process and two have trained on the same three meshes, with what each wrote down."""
+    folder = tmp_path_factory.mktemp("parallel")
+    (folder / "clean").mkdir()
+    for number in range(3):
+        mesh = trimesh.creation.box(extents=(1, 2, 1 + number)).subdivide().subdivide()
+        mesh.export(folder / "clean" / f"box{number}.obj")
+    script = folder / "train.py"
     script.write_text(SCRIPT)
     for processes in (1, 2):
-        command = [sys.executable, script, clean_folder, tmp_path / "cache", tmp_path, str(processes)]
-        done = subprocess.run([str(word) for word in command], capture_output=True, text=True)
+        command = [sys.executable, script, folder / "clean", folder / "cache", folder, str(processes)]
+        done = subprocess.run([str(word) for word in command], capture_output=True, text=True, timeout=200)
         assert done.returncode == 0, done.stderr
-    return {name: json.loads((tmp_path / f"{name}.json").read_text()) for name in ("1-0", "2-0", "2-1")}
+    return folder
 
 
-def test_padding_is_not_counted(records, tmp_path):
-    thetas = [json.loads((tmp_path / f"theta-{name}.json").read_text()) for name in ("1-0", "2-0", "2-1")]
+def read(folder, *names):
+    return [json.loads((folder / f"{name}.json").read_text()) for name in names]
+
+
+def test_padding_is_not_counted(folder):
+    thetas = [values["test"] for values in read(folder, "theta-1-0", "theta-2-0", "theta-2-1")]
     assert thetas == pytest.approx([thetas[0]] * 3, rel=1e-4)
 
 
-def test_two_processes_share_the_batches_of_one(records):
-    one, first, second = (torch.tensor(records[name], dtype=torch.float64) for name in ("1-0", "2-0", "2-1"))
+def test_meshes_are_denoised_once_and_every_process_knows(folder):
+    thetas = [values["mesh"] for values in read(folder, "theta-1-0", "theta-2-0", "theta-2-1")]
+    assert thetas[1] == thetas[2]
+    assert thetas[0] == pytest.approx(thetas[1], rel=1e-3)
+    assert len(list((folder / "2").rglob("box0-*.png"))) == 1
+
+
+def test_two_processes_share_the_batches_of_one(folder):
+    one, first, second = (torch.tensor(rows, dtype=torch.float64) for rows in read(folder, "1-0", "2-0", "2-1"))
     assert one.shape == (8, 5)  # 16 patches of two meshes, four a step, two epochs
     shared = torch.cat([first[:, 1:], second[:, 1:]], dim=1)
     torch.testing.assert_close(shared.sort(1).values, one[:, 1:].sort(1).values)
