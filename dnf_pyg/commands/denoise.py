@@ -17,6 +17,7 @@ from dnf_pyg.commands.settings import add_settings, count, denoise_settings
 from dnf_pyg.denoise import denoise
 from dnf_pyg.errors import DNFError, MeshFileError
 from dnf_pyg.mesh.atomic import check_writable
+from dnf_pyg.mesh.geodesic import DijkstraGrowth
 from dnf_pyg.mesh.io import SUFFIXES, check_suffix, find_meshes, read_mesh, write_mesh
 from dnf_pyg.mesh.selection import read_selection
 from dnf_pyg.nn import DNFNet
@@ -128,7 +129,8 @@ def _run_one(path: Path, output: Path, net: DNFNet, options: argparse.Namespace)
 def _shown(options: argparse.Namespace) -> dict[str, str]:
     """All settings, given or not, for the page."""
     defaults = {name: parameter.default for name, parameter in inspect.signature(denoise).parameters.items()}
-    given = denoise_settings(options) | {name: getattr(options, name) for name in ("weights", "mask", "device")}
+    given = {"growth": DijkstraGrowth(), "neighbors": "all"} | denoise_settings(options)
+    given |= {name: getattr(options, name) for name in ("weights", "mask", "device")}
     named = {"None": "none", "inf": "none", "True": "yes", "False": "no"}
     values = {name: given.get(name, default) for name, default in defaults.items() if name not in ("mesh", "progress")}
     return {
