@@ -6,7 +6,7 @@ STAMP := $(VENV)/.setup-done
 CONSTRAINTS := constraints.txt
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test lint bench
+.PHONY: help setup demo test lint bench docs
 
 help:  ## List the tasks
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z]+):.*## /  make \1\t/' | expand -t 16
@@ -37,6 +37,11 @@ lint: $(STAMP)  ## Check style and types (ruff, mypy)
 
 bench: $(STAMP)  ## Print the speed and memory tables (minutes; a quiet machine)
 	@for script in tests/bench/bench_*.py; do $(PY) $$script || exit 1; done
+
+docs: $(STAMP)  ## Build the documentation into site/ (warnings are errors)
+	@$(PY) -c "import furo, latex2mathml, myst_nb" 2>/dev/null || $(PY) -m pip install -q -c $(CONSTRAINTS) -e ".[docs]"
+	@$(PY) -m sphinx -q -W --keep-going docs site
+	@echo "ready: site/index.html"
 
 DNF := $(VENV)/bin/dnf-pyg
 DEMO := runs/demo

@@ -23,6 +23,7 @@ ALLOWED = {
     "denoise": {"errors", "mesh", "data", "nn", "pretrained", "filtering"},
     "prediction": {"errors", "mesh", "nn", "denoise"},
     "report": {"errors", "mesh", "raster"},
+    "notebook": {"errors", "raster"},
     "benchmark": {"errors", "mesh", "denoise", "baselines", "metrics", "report", "pretrained"},
     "datamodules": {"errors", "mesh", "data"},
 }

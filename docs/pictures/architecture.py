@@ -1,0 +1,98 @@
+"""Draw how data flow: `python docs/pictures/architecture.py` writes docs/images/architecture.svg."""
+
+from html import escape
+from pathlib import Path
+
+TARGET = Path(__file__).parents[1] / "images" / "architecture.svg"
+WIDTH, HEIGHT, BOX, TALL = 1010, 605, 148, 62
+COLUMNS = [22, 187, 352, 517, 682, 847]
+
+# title of a lane, its top, and its boxes: column, what happens, where in the code
+LANES = [
+    ("Denoise", 34, [
+        (0, "mesh file → tensors", "dnf_pyg.mesh.io"),
+        (1, "check, weld copies, find the noise level", "dnf_pyg.denoise"),
+        (2, "cover the mesh with patches", "dnf_pyg.data.seeds"),
+        (3, "filter the normals of each patch", "dnf_pyg.nn.dnf_net"),
+        (4, "fuse overlapping normals", "dnf_pyg.filtering"),
+        (5, "move vertices to fit, write the file", "dnf_pyg.mesh.vertex_update"),
+    ]),
+    ("Network: one batch of patches", 188, [
+        (0, "axes of each patch", "dnf_pyg.nn.frame"),
+        (1, "group normals, then features, of k₁ < k₂ < k₃ faces", "dnf_pyg.nn.grouping"),
+        (2, "weight channels by the whole patch", "dnf_pyg.nn.attention"),
+        (3, "fuse all levels", "dnf_pyg.nn.embedding"),
+        (4, "find the residual among similar faces, subtract", "dnf_pyg.nn.residual"),
+        (5, "head; bilateral filter, where the network has it", "dnf_pyg.nn.bilateral"),
+    ]),
+    ("Train", 342, [
+        (0, "clean meshes, or pairs; noise is drawn", "dnf_pyg.mesh.noise"),
+        (1, "cut patches once, map them into memory", "dnf_pyg.data.datasets"),
+        (2, "turn and jitter, batch", "datamodules.patches"),
+        (3, "steps, logs, optimizer", "dnf_pyg.module"),
+        (4, "recovery of every unit, size of its residual", "dnf_pyg.losses"),
+        (5, "checkpoint → network", "dnf_pyg.pretrained"),
+    ]),
+    ("Measure and show", 496, [
+        (0, "folders of test meshes", "dnf_pyg.benchmark.pairs"),
+        (1, "other filters", "dnf_pyg.baselines"),
+        (2, "θ and E_v", "dnf_pyg.metrics"),
+        (3, "rows, tables, plots", "dnf_pyg.benchmark"),
+        (4, "pictures and the 3D page", "dnf_pyg.report"),
+        (5, "cards of released weights", "dnf_pyg.release"),
+    ]),
+]  # fmt: skip
+
+
+def lines_of(text: str, width: int = 19) -> list[str]:
+    """Break a text into lines."""
+    lines = [""]
+    for word in text.split():
+        if len(lines[-1]) + len(word) + 1 > width:
+            lines.append("")
+        lines[-1] = f"{lines[-1]} {word}".strip()
+    return lines
+
+
+def box(column: int, top: int, text: str, module: str) -> str:
+    """A box with a text and, below, the module that does it."""
+    x = COLUMNS[column]
+    parts = [f'<rect x="{x}" y="{top}" width="{BOX}" height="{TALL + 24}" rx="8"/>']
+    for row, line in enumerate(lines_of(text)):
+        parts.append(f'<text x="{x + BOX / 2}" y="{top + 21 + 16 * row}">{escape(line)}</text>')
+    name = module.removeprefix("dnf_pyg.")
+    parts.append(f'<text class="code" x="{x + BOX / 2}" y="{top + TALL + 13}">{escape(name)}</text>')
+    return "".join(parts)
+
+
+def drawing() -> str:
+    """The whole picture."""
+    parts = []
+    for title, top, boxes in LANES:
+        parts.append(f'<text class="title" x="22" y="{top - 10}">{escape(title)}</text>')
+        parts += [box(column, top, text, module) for column, text, module in boxes]
+        if title != "Measure and show":
+            y = top + 43
+            parts += [f'<path d="M{COLUMNS[i] + BOX} {y}h13"/>' for i in range(5)]
+    middle = COLUMNS[3] + BOX / 2
+    parts.append(f'<path d="M{middle} 120V152H8V231H18"/>')  # the network box opens into the lane below
+    parts.append(f'<path class="soft" d="M{COLUMNS[5] + BOX / 2} 342V306H{middle}V279"/>')
+    parts.append(f'<text class="note" x="{middle + 120}" y="300">trained weights</text>')
+    parts.append(f'<text class="note" x="{middle - 150}" y="145">normals, edges to the nearest faces</text>')
+    style = (
+        "text{font:13px system-ui,sans-serif;fill:#1c2430;text-anchor:middle}"
+        "rect{fill:#f2f6fc;stroke:#9db7dd}path{fill:none;stroke:#2563c9;stroke-width:1.6;marker-end:url(#tip)}"
+        ".soft{stroke-dasharray:5 4}.code{font:11px ui-monospace,monospace;fill:#2563c9}"
+        ".title{font-weight:600;text-anchor:start}.note{font-size:12px;fill:#5d6877}"
+    )
+    tip = '<marker id="tip" viewBox="0 0 8 8" refX="7" refY="4" markerWidth="7" markerHeight="7" orient="auto">'
+    tip += '<path d="M0 0L8 4L0 8z" style="fill:#2563c9;stroke:none"/></marker>'
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {HEIGHT}" role="img">'
+        f"<title>How data flow through dnf_pyg</title><style>{style}</style><defs>{tip}</defs>"
+        f'<rect width="{WIDTH}" height="{HEIGHT}" style="fill:#fff;stroke:none"/>{"".join(parts)}</svg>\n'
+    )
+
+
+if __name__ == "__main__":
+    TARGET.write_text(drawing(), encoding="utf-8")

@@ -1,0 +1,82 @@
+"""Every code block and every command of the pages runs, as it stands; only training is cut short.
+
+A comment before a block says how: `<!-- not run: reason -->`, `<!-- run first: command; command -->`, or
+`<!-- file: NAME -->` for a block that the commands after it read from a file.
+"""
+
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from dnf_pyg.cli import main
+
+ROOT = Path(__file__).resolve().parents[2]
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
+BLOCK = re.compile(r"((?:^<!--.*-->\n)*)^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+SHORT = [
+    *(f"--trainer.{option}" for option in ("max_steps=1", "limit_val_batches=1", "limit_test_batches=1")),
+    "--trainer.accelerator=cpu",
+    *(f"--model.net.{option}" for option in ("channels=[4,4,4]", "embedding_channels=4", "residual_k=4")),
+]
+
+
+def blocks(page):
+    """Language, text and comments of each block."""
+    for comments, language, text in BLOCK.findall(page.read_text(encoding="utf-8")):
+        yield language, text, dict(re.findall(r"<!-- (not run|run first|file): (.*?) -->", comments))
+
+
+def commands(text):
+    """Commands of a block, one for each line that does not continue the one before."""
+    lines = text.replace("\\\n", " ").splitlines()
+    return [line for line in lines if line.strip() and not line.lstrip().startswith("#")]
+
+
+def run(command):
+    words = shlex.split(command, comments=True)
+    if words[:2] == ["pip", "install"]:
+        assert words[2].startswith("dnf-pyg"), "only this package is installed by a page"
+    elif words[0] == "dnf-pyg" and not set(words) & {"|", ">", "&&"}:
+        short = SHORT if words[1] in ("fit", "validate", "test", "predict") else []
+        assert main([*words[1:], *short]) == 0, command
+    else:
+        path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+        subprocess.run(["bash", "-ec", command], check=True, env={**os.environ, "PATH": path})
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch, cnr_folder):
+    """Where a page runs: with tiny meshes at the places that pages speak of."""
+    monkeypatch.chdir(tmp_path)
+    shutil.copytree(cnr_folder, tmp_path / "data" / "cnr")
+    (tmp_path / "my" / "clean").mkdir(parents=True)
+    for part in ("clean/meshes", "clean", "noisy"):
+        source = cnr_folder / "Synthetic" / "train" / ("noisy" if part == "noisy" else "original")
+        shutil.copytree(source, tmp_path / "my" / part, dirs_exist_ok=True)
+    return tmp_path
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_page_runs(page, folder, capsys):
+    names, skipped = {}, []
+    for language, text, how in blocks(page):
+        for command in how.get("run first", "").split(";"):
+            if command.strip():
+                run(command)
+        if "not run" in how:
+            skipped.append(how["not run"])
+        elif "file" in how:
+            (folder / how["file"]).write_text(text)
+        elif language == "bash":
+            for command in commands(text):
+                run(command)
+        elif language == "python":
+            exec(compile(text, str(page), "exec"), names)
+    for reason in skipped:
+        assert len(reason) > 10, f"{page.name}: say why a block is not run"
