@@ -3,10 +3,10 @@
 from dnf_pyg.benchmark.evaluation import Failure, run_benchmark
 from dnf_pyg.benchmark.methods import ClassicalMethod, Method, NetworkMethod, OutputFolder, Result
 from dnf_pyg.benchmark.pairs import find_test_folder
-from dnf_pyg.benchmark.plots import draw_plots
+from dnf_pyg.benchmark.plots import draw_plots, line_style, new_figure, save_figure
 from dnf_pyg.benchmark.rows import Row, RowLog, read_published, write_csv, write_json
 from dnf_pyg.benchmark.score import complete_methods, mesh_thetas, scores, summarize
-from dnf_pyg.benchmark.tables import markdown
+from dnf_pyg.benchmark.tables import markdown, markdown_table, number
 
 __all__ = [
     "ClassicalMethod",
@@ -20,10 +20,15 @@ __all__ = [
     "complete_methods",
     "draw_plots",
     "find_test_folder",
+    "line_style",
     "markdown",
+    "markdown_table",
     "mesh_thetas",
+    "new_figure",
+    "number",
     "read_published",
     "run_benchmark",
+    "save_figure",
     "scores",
     "summarize",
     "write_csv",

@@ -1,5 +1,6 @@
 """Plots of a benchmark."""
 
+import io
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -12,43 +13,61 @@ from matplotlib.ticker import MaxNLocator
 
 from dnf_pyg.benchmark.rows import Row
 from dnf_pyg.benchmark.score import complete_methods, mesh_thetas, scores
+from dnf_pyg.mesh.atomic import write_bytes
 
-__all__ = ["draw_plots"]
+__all__ = ["draw_plots", "line_style", "new_figure", "save_figure"]
 
 _MARKERS = "oDs^vP*X<>"
 
 
-def draw_plots(folder: Path, rows: Sequence[Row]) -> list[Path]:
+def draw_plots(folder: Path, rows: Sequence[Row], names: Sequence[str] | None = None) -> list[Path]:
     """Draw theta per mesh, theta per noise level and sorted scores as png.
 
     Args:
         folder: Where the pictures go.
         rows: All rows; those of methods that lack some meshes are drawn per mesh only.
+        names: File names of those plots that are wanted; all if not given.
 
     Returns:
         The files written.
     """
     methods = list(dict.fromkeys(row.method for row in rows))
     meshes = list(dict.fromkeys(row.mesh for row in rows))
-    style = {method: _style(number) for number, method in enumerate(methods)}
+    style = {method: line_style(number) for number, method in enumerate(methods)}
     plots = {
         "theta_by_mesh.png": (_draw_meshes, (9, 1.5 + 0.45 * len(meshes))),
         "theta_by_noise.png": (_draw_levels, (8, 4.5)),
         "scores.png": (_draw_scores, (8, 4.5)),
     }
-    for name, (draw, size) in plots.items():
-        figure = Figure(figsize=size, dpi=120, layout="constrained")
-        FigureCanvasAgg(figure)
-        axes = figure.subplots()
+    paths = [folder / name for name in plots if names is None or name in names]
+    for path in paths:
+        draw, size = plots[path.name]
+        figure, axes = new_figure(size)
         draw(axes, rows, style)
-        axes.grid(alpha=0.3)
         if rows:
             figure.legend(loc="outside right upper", fontsize=8)
-        figure.savefig(folder / name)
-    return [folder / name for name in plots]
+        save_figure(figure, path)
+    return paths
 
 
-def _style(number: int) -> dict[str, Any]:
+def new_figure(size: tuple[float, float]) -> tuple[Figure, Axes]:
+    """A picture that needs no display, ``size`` in inches, and its only axes."""
+    figure = Figure(figsize=size, dpi=120, layout="constrained")
+    FigureCanvasAgg(figure)
+    axes = figure.subplots()
+    axes.grid(alpha=0.3)
+    return figure, axes
+
+
+def save_figure(figure: Figure, path: Path) -> None:
+    """Write a picture as png, whole or not at all."""
+    picture = io.BytesIO()
+    figure.savefig(picture)
+    write_bytes(path, picture.getvalue())
+
+
+def line_style(number: int) -> dict[str, Any]:
+    """Colour, marker and width of the line of a method, by its place in the legend."""
     color = mpl.colormaps["tab10"](1 + (number - 1) % 9 if number else 0)  # the first method's is its own
     marker = _MARKERS[(number + 2 * ((number - 1) // 9)) % len(_MARKERS)]  # another one where colours begin again
     return {"color": color, "marker": marker, "linewidth": 2.2 if number == 0 else 1.2}

@@ -6,7 +6,7 @@ from dnf_pyg.benchmark.evaluation import Failure
 from dnf_pyg.benchmark.rows import Row
 from dnf_pyg.benchmark.score import complete_methods, mesh_thetas, scores
 
-__all__ = ["markdown"]
+__all__ = ["markdown", "markdown_table", "number"]
 
 _EXPLANATION = """\
 θ: mean angle between the facet normals of a mesh and of the clean one, in degrees, over its faces; of the mesh after
@@ -60,25 +60,25 @@ def _summary(rows: Sequence[Row], methods: Sequence[str]) -> str:
     noisy = {(row.mesh, row.noise): row.theta_noisy_deg for row in rows if row.theta_noisy_deg is not None}
     lines = []
     if noisy:
-        level = [_number(_mean(t for (_, noise), t in noisy.items() if noise == wanted)) for wanted in noises]
-        lines.append(["noisy", *level, _number(_mean(noisy.values())), *[""] * 5])
+        level = [number(_mean(t for (_, noise), t in noisy.items() if noise == wanted)) for wanted in noises]
+        lines.append(["noisy", *level, number(_mean(noisy.values())), *[""] * 5])
     for method in methods:
         own = [row for row in rows if row.method == method]
         count = "" if method in complete else f" ({len(own)})"
         lines.append(
             [
                 method,
-                *(_number(_mean(row.theta_deg for row in own if row.noise == noise)) for noise in noises),
-                _number(mean[method], bold=method in complete and mean[method] == lowest) + count,
-                _number(_mean(row.theta_normals_deg for row in own)),
-                _number(_mean(row.vertex_error for row in own), digits=4),
-                _number(_mean(row.seconds for row in own), digits=2),
-                _number(_mean(score[method].values())),
+                *(number(_mean(row.theta_deg for row in own if row.noise == noise)) for noise in noises),
+                number(mean[method], bold=method in complete and mean[method] == lowest) + count,
+                number(_mean(row.theta_normals_deg for row in own)),
+                number(_mean(row.vertex_error for row in own), digits=4),
+                number(_mean(row.seconds for row in own), digits=2),
+                number(_mean(score[method].values())),
                 str(sum(method in winners for winners in best.values())),
             ]
         )
     header = ["method", *(f"θ {noise}" for noise in noises), "θ mean", "θ of normals", "E_v", "seconds", "score"]
-    return _table([*header, "meshes with lowest θ"], lines)
+    return markdown_table([*header, "meshes with lowest θ"], lines)
 
 
 def _by_mesh(rows: Sequence[Row], methods: Sequence[str]) -> str:
@@ -87,9 +87,9 @@ def _by_mesh(rows: Sequence[Row], methods: Sequence[str]) -> str:
     lines = []
     for mesh in dict.fromkeys(row.mesh for row in rows):
         before = {row.noise: row.theta_noisy_deg for row in rows if row.mesh == mesh and row.theta_noisy_deg}
-        values = [_number(thetas[method].get(mesh), bold=method in best.get(mesh, ())) for method in methods]
-        lines.append([mesh, _number(_mean(before.values())), *values])
-    return _table(["mesh", "noisy", *methods], lines)
+        values = [number(thetas[method].get(mesh), bold=method in best.get(mesh, ())) for method in methods]
+        lines.append([mesh, number(_mean(before.values())), *values])
+    return markdown_table(["mesh", "noisy", *methods], lines)
 
 
 def _by_noisy_mesh(rows: Sequence[Row], methods: Sequence[str]) -> str:
@@ -99,9 +99,9 @@ def _by_noisy_mesh(rows: Sequence[Row], methods: Sequence[str]) -> str:
     for mesh, noise in dict.fromkeys((row.mesh, row.noise) for row in rows):
         values = [theta.get((mesh, noise, method)) for method in methods]
         lowest = min(value for value in values if value is not None)
-        cells = [_number(value, bold=value == lowest) for value in values]
-        lines.append([mesh, noise, _number(noisy.get((mesh, noise))), *cells])
-    return _table(["mesh", "noise", "noisy", *methods], lines)
+        cells = [number(value, bold=value == lowest) for value in values]
+        lines.append([mesh, noise, number(noisy.get((mesh, noise))), *cells])
+    return markdown_table(["mesh", "noise", "noisy", *methods], lines)
 
 
 def _details(rows: Sequence[Row]) -> str:
@@ -112,15 +112,15 @@ def _details(rows: Sequence[Row]) -> str:
             row.noise,
             str(row.num_faces),
             row.method,
-            _number(row.theta_noisy_deg),
-            _number(row.theta_normals_deg),
-            _number(row.theta_deg),
-            _number(row.vertex_error, digits=4),
-            _number(row.seconds, digits=2),
+            number(row.theta_noisy_deg),
+            number(row.theta_normals_deg),
+            number(row.theta_deg),
+            number(row.vertex_error, digits=4),
+            number(row.seconds, digits=2),
         ]
         for row in measured
     ]
-    return _table(["mesh", "noise", "faces", "method", "θ noisy", "θ of normals", "θ", "E_v", "seconds"], lines)
+    return markdown_table(["mesh", "noise", "faces", "method", "θ noisy", "θ of normals", "θ", "E_v", "seconds"], lines)
 
 
 def _methods(rows: Sequence[Row], methods: Sequence[str]) -> str:
@@ -148,12 +148,14 @@ def _mean(values: Iterable[float | None]) -> float | None:
     return sum(known) / len(known) if known else None
 
 
-def _number(value: float | None, digits: int = 3, bold: bool = False) -> str:
+def number(value: float | None, digits: int = 3, bold: bool = False) -> str:
+    """A cell of a table; empty for no value."""
     if value is None:
         return ""
     return f"**{value:.{digits}f}**" if bold else f"{value:.{digits}f}"
 
 
-def _table(header: Sequence[str], lines: Sequence[Sequence[str]]) -> str:
+def markdown_table(header: Sequence[str], lines: Sequence[Sequence[str]]) -> str:
+    """A table with the first column to the left and the others to the right."""
     rule = ["---", *["---:"] * (len(header) - 1)]
     return "\n".join(f"| {' | '.join(cells)} |" for cells in [header, rule, *lines])

@@ -5,23 +5,17 @@ other weights, settings or meshes; after a change of the code, use another folde
 """
 
 import argparse
-import fnmatch
 import sys
 from collections.abc import Sequence
-from functools import partial
 from pathlib import Path
 
 import torch
-from rich.console import Console
-from rich.progress import MofNCompleteColumn, Progress, TimeElapsedColumn
 
 import dnf_pyg
 from dnf_pyg.baselines import BASELINES
 from dnf_pyg.benchmark import (
-    ClassicalMethod,
     Failure,
     Method,
-    NetworkMethod,
     OutputFolder,
     Result,
     Row,
@@ -30,18 +24,27 @@ from dnf_pyg.benchmark import (
     find_test_folder,
     markdown,
     read_published,
-    run_benchmark,
     summarize,
     write_csv,
     write_json,
 )
-from dnf_pyg.denoise import denoise
+from dnf_pyg.commands.methods import (
+    add_baselines,
+    add_selection,
+    add_settings,
+    add_weights,
+    check_titles,
+    classical_methods,
+    matches,
+    network_method,
+    run_methods,
+    selected,
+    split_title,
+)
 from dnf_pyg.errors import DataError
 from dnf_pyg.mesh.atomic import write_bytes
 from dnf_pyg.mesh.io import MeshFile, read_mesh, write_mesh
 from dnf_pyg.mesh.pairs import pair_meshes
-from dnf_pyg.pretrained import DEFAULT_WEIGHTS, load_network, packaged_weights
-from dnf_pyg.release import fingerprint
 from dnf_pyg.report import draw_meshes
 
 __all__ = ["add_arguments", "run"]
@@ -53,22 +56,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "data", type=Path, metavar="DATA_ROOT", help="folder with original/NAME.obj and noisy/NAME_n1.obj, or above"
     )
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="FOLDER", help="folder for the results")
-    parser.add_argument(
-        "--weights",
-        nargs="*",
-        default=[DEFAULT_WEIGHTS],
-        metavar="[TITLE=]WEIGHTS",
-        help="checkpoints, folders or packaged names "
-        f"({', '.join(packaged_weights()) or 'none in this build'}); default {DEFAULT_WEIGHTS}",
-    )
-    parser.add_argument(
-        "--baselines",
-        nargs="*",
-        choices=list(BASELINES),
-        default=list(BASELINES),
-        metavar="NAME",
-        help=f"classical filters to run ({', '.join(BASELINES)}); all by default, none if no name follows",
-    )
+    add_weights(parser)
+    add_baselines(parser, default=list(BASELINES))
     parser.add_argument(
         "--outputs",
         nargs="*",
@@ -84,13 +73,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="CSV",
         help="theta of other methods: columns mesh, noise, method, theta_deg and, where there are, setting",
     )
-    parser.add_argument("--meshes", nargs="*", metavar="PATTERN", help="only these, such as 'block' or '*_n3'")
-    parser.add_argument("--limit", type=int, metavar="N", help="only the first N noisy meshes")
-    parser.add_argument("--iterations", type=int, default=20, help="iterations of the vertex update (%(default)s)")
-    parser.add_argument(
-        "--repeat", type=int, default=1, help="filterings by a network, each of its own result (%(default)s)"
-    )
-    parser.add_argument("--seed", type=int, default=0, help="seed of the choice of patches (%(default)s)")
+    add_selection(parser)
+    add_settings(parser)
     parser.add_argument(
         "--keep", nargs="*", default=[], metavar="PATTERN", help="write and draw the denoised meshes of these"
     )
@@ -103,34 +87,15 @@ def run(options: argparse.Namespace) -> None:
         DataError: If there are no meshes, two methods have one title, or, after everything else, a mesh failed.
     """
     folder = find_test_folder(options.data)
-    pairs = _selected(pair_meshes(folder), options.meshes)[: options.limit]
-    if not pairs:
-        raise DataError(f"Expected noisy meshes that match {options.meshes} and --limit (got none in {options.data})")
+    pairs = selected(pair_meshes(folder), options)
     methods = _methods(options)
     published = [row for path in options.published for row in read_published(path)]
-    _check_titles([*(method.name for method in methods), *dict.fromkeys(row.method for row in published)])
+    check_titles([*(method.name for method in methods), *dict.fromkeys(row.method for row in published)])
     options.output.mkdir(parents=True, exist_ok=True)
     meshes = _MeshFolder(options.output, options.keep)
-    console = Console(stderr=True)
-    with Progress(
-        *Progress.get_default_columns(), MofNCompleteColumn(), TimeElapsedColumn(), console=console, transient=True
-    ) as bar:
-        task = bar.add_task("", total=len(pairs) * len(methods))
-        started = -1
-
-        def progress(text: str) -> None:
-            nonlocal started
-            started += 1
-            bar.update(task, completed=started, description=text)
-
-        rows, failures = run_benchmark(
-            pairs,
-            methods,
-            RowLog(options.output / "finished.jsonl"),
-            progress=progress,
-            deliver=meshes.write,
-            delivered=meshes.has,
-        )
+    rows, failures = run_methods(
+        pairs, methods, RowLog(options.output / "finished.jsonl"), deliver=meshes.write, delivered=meshes.has
+    )
     cases = {noisy.stem for noisy, _ in pairs}
     rows += [row for row in published if f"{row.mesh}_{row.noise}" in cases]
     text = _write(options, "/".join(folder.parts[-2:]), rows, failures)
@@ -145,37 +110,15 @@ def run(options: argparse.Namespace) -> None:
         )
 
 
-def _selected(pairs: Sequence[tuple[Path, Path]], patterns: Sequence[str] | None) -> list[tuple[Path, Path]]:
-    return [(n, c) for n, c in pairs if patterns is None or _matches(n.stem, patterns) or _matches(c.stem, patterns)]
-
-
-def _matches(name: str, patterns: Sequence[str]) -> bool:
-    return any(fnmatch.fnmatch(name, pattern) for pattern in patterns)
-
-
 def _methods(options: argparse.Namespace) -> list[Method]:
-    methods: list[Method] = []
-    for word in options.weights:
-        title, given, weights = word.rpartition("=")
-        net = load_network(weights)
-        title = title if given else Path(weights).stem
-        settings = {"num_iterations": options.iterations, "repeat": options.repeat, "seed": options.seed}
-        text = "".join(f", {key}={value}" for key, value in settings.items())
-        denoiser = partial(denoise, weights=net, **settings)
-        methods.append(NetworkMethod(title, denoiser, f"denoise(weights={fingerprint(net)}{text})"))
-    methods += [ClassicalMethod(name, BASELINES[name](options.iterations)) for name in options.baselines]
+    methods: list[Method] = [network_method(*split_title(word), options) for word in options.weights]
+    methods += classical_methods(options)
     for word in options.outputs:
         title, _, folder = word.partition("=")
         if not Path(folder).is_dir() or not folder:
             raise DataError(f"Expected TITLE=FOLDER for --outputs (got '{word}'): name a folder of meshes")
         methods.append(OutputFolder(title, Path(folder)))
     return methods
-
-
-def _check_titles(titles: Sequence[str]) -> None:
-    twice = sorted({title for title in titles if titles.count(title) > 1})
-    if twice:
-        raise DataError(f"Expected methods of different titles (got two called '{twice[0]}'): write TITLE=... for one")
 
 
 def _write(options: argparse.Namespace, name: str, rows: Sequence[Row], failures: Sequence[Failure]) -> str:
@@ -208,10 +151,10 @@ class _MeshFolder:
         return self.folder / "meshes" / method.replace("/", "_") / f"{noisy}.obj"
 
     def has(self, noisy: str, method: Method) -> bool:
-        return not _matches(noisy, self.patterns) or self.path(noisy, method.name).is_file()
+        return not matches(noisy, self.patterns) or self.path(noisy, method.name).is_file()
 
     def write(self, noisy: MeshFile, method: Method, result: Result) -> None:
-        if _matches(noisy.path.stem, self.patterns):
+        if matches(noisy.path.stem, self.patterns):
             path = self.path(noisy.path.stem, method.name)
             path.parent.mkdir(parents=True, exist_ok=True)
             write_mesh(noisy, result.pos, path)
@@ -219,7 +162,7 @@ class _MeshFolder:
     def draw(self, noisy: Path, clean: Path, methods: Sequence[str]) -> None:
         """Draw the kept results on one mesh side by side, with their errors below."""
         paths = {method: self.path(noisy.stem, method) for method in methods}
-        if not _matches(noisy.stem, self.patterns):
+        if not matches(noisy.stem, self.patterns):
             return
         files = {"clean": clean, "noisy": noisy, **{name: path for name, path in paths.items() if path.is_file()}}
         meshes = {name: (mesh.pos, mesh.face) for name, mesh in ((n, read_mesh(path)) for n, path in files.items())}
