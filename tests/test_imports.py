@@ -25,6 +25,7 @@ ALLOWED = {
     "report": {"errors", "mesh", "raster"},
     "notebook": {"errors", "raster"},
     "benchmark": {"errors", "mesh", "denoise", "baselines", "metrics", "report", "pretrained"},
+    "experiments": {"errors", "mesh", "benchmark"},
     "datamodules": {"errors", "mesh", "data"},
 }
 NO_LIGHTNING = {"nn", "mesh", "data", "filtering", "denoise"}

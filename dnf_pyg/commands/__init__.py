@@ -4,7 +4,18 @@ Those of :data:`COMMANDS` have ``add_arguments(parser)`` and ``run(options)``, t
 words themselves: ``run(words)``.
 """
 
-from dnf_pyg.commands import add_noise, benchmark, compare, configs, denoise, make_shape, predict, train, weights
+from dnf_pyg.commands import (
+    add_noise,
+    benchmark,
+    compare,
+    configs,
+    denoise,
+    experiment,
+    make_shape,
+    predict,
+    train,
+    weights,
+)
 
 __all__ = ["COMMANDS", "LIGHTNING"]
 
@@ -12,6 +23,7 @@ COMMANDS = {
     "denoise": (denoise, "denoise a mesh"),
     "compare": (compare, "measure a mesh against its clean reference"),
     "benchmark": (benchmark, "compare methods on a folder of test meshes"),
+    "experiment": (experiment, "make the paper's tables and plots from trained networks"),
     "weights": (weights, "list the weights that come along, or publish new ones"),
     "add-noise": (add_noise, "add noise to a clean mesh"),
     "make-shape": (make_shape, "make a clean mesh in code"),

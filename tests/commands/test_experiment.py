@@ -1,0 +1,131 @@
+import csv
+import os
+
+import pytest
+import torch
+import trimesh
+
+from dnf_pyg.cli import main
+from dnf_pyg.commands.experiment import find_run
+from dnf_pyg.nn import DNFNet
+
+
+@pytest.fixture
+def data(tmp_path):
+    """Two of the paper's meshes, tiny, each with noise n1 and n2, and another mesh."""
+    folder = tmp_path / "set" / "test"
+    generator = torch.Generator().manual_seed(0)
+    for part in ("original", "noisy"):
+        (folder / part).mkdir(parents=True)
+    ball = trimesh.creation.icosphere(subdivisions=2)
+    box = trimesh.creation.box().subdivide().subdivide()
+    for name, clean in {"Cube": box, "sphere": ball, "other": ball}.items():
+        clean.export(folder / "original" / f"{name}.obj")
+        for level in (1, 2):
+            noisy = clean.copy()
+            noisy.vertices += 0.02 * level * torch.randn(clean.vertices.shape, generator=generator).numpy()
+            noisy.export(folder / "noisy" / f"{name}_n{level}.obj")
+    return folder
+
+
+@pytest.fixture
+def weights(tmp_path):
+    torch.manual_seed(0)
+    DNFNet(k=(3, 5, 8), residual_k=4, channels=(8, 8, 8), embedding_channels=8).save_pretrained(tmp_path / "net")
+    return tmp_path / "net"
+
+
+def run(*words):
+    return main(["experiment", *(str(word) for word in words)])
+
+
+def table(path):
+    with path.open() as file:
+        return list(csv.DictReader(file))
+
+
+def test_ablation_takes_finished_runs(data, weights, tmp_path, capsys):
+    net = DNFNet.from_pretrained(weights)
+    for name in ("ablation_wo_sub/version_0/checkpoints", "synthetic/version_1/checkpoints"):
+        (tmp_path / "runs" / name).mkdir(parents=True)
+        state = {f"net.{key}": value for key, value in net.state_dict().items()}
+        torch.save({"network": net.config, "state_dict": state}, tmp_path / "runs" / name / "best.ckpt")
+    words = [data.parent, "-o", tmp_path / "out", "--runs", tmp_path / "runs", "--weights", f"1_unit={weights}"]
+    assert run("ablation", *words, "--iterations", "2") == 0
+    rows = {(row["case"], row["mesh"]): row for row in table(tmp_path / "out" / "ablation.csv")}
+    assert len(rows) == 6 * 5
+    assert rows["full", "cube"]["theta_deg"] == rows["wo_sub", "cube"]["theta_deg"] != ""
+    assert rows["full", "cube"]["paper_theta_deg"] == "0.96"
+    assert rows["wo_reg", "cube"]["theta_deg"] == rows["full", "block"]["theta_deg"] == ""
+    text = (tmp_path / "out" / "ablation.md").read_text()
+    assert "| full pipeline |  | 2.12 | **" in text
+    assert str(weights) in text
+    assert "| w/o reg |  | 2.43 |  | 1.13 |" in capsys.readouterr().out
+    assert (tmp_path / "out" / "ablation.png").stat().st_size > 5000
+
+
+def test_scores_of_methods_and_published_figures(data, weights, tmp_path):
+    published = tmp_path / "peers.csv"
+    lines = [
+        f"{mesh},{noise},Peer,{theta}" for mesh, theta in (("Cube", 0.0), ("sphere", 90)) for noise in ("n1", "n2")
+    ]
+    published.write_text("mesh,noise,method,theta_deg\n" + "\n".join(lines))
+    words = [data, "-o", tmp_path / "out", "--weights", weights, "--baselines", "BNF", "--published", published]
+    assert run("scores", *words, "--meshes", "Cube", "sphere") == 0
+    score = {(row["mesh"], row["method"]): float(row["score"]) for row in table(tmp_path / "out" / "scores.csv")}
+    assert {method for _, method in score} == {"net", "BNF", "Peer"}
+    assert score["Cube", "Peer"] == 1
+    assert score["sphere", "Peer"] == 0
+    assert "| mean |" in (tmp_path / "out" / "scores.md").read_text()
+    assert (tmp_path / "out" / "scores.png").stat().st_size > 5000
+
+
+@pytest.mark.parametrize(
+    ("name", "settings"),
+    [
+        ("resolution", ["1", "2"]),
+        ("triangulation", ["0", "1"]),
+        ("noise-kinds", ["uniform", "impulsive"]),
+        ("noise-levels", ["0.1", "0.7"]),
+    ],
+)
+def test_series(data, weights, tmp_path, name, settings):
+    words = [name, data, "-o", tmp_path / "out", "--weights", f"ours={weights}", "--baselines", "Taubin"]
+    words += ["--meshes", "sphere", "--iterations", "2", "--settings", *settings]
+    assert run(*words) == 0
+    rows = table(tmp_path / "out" / f"{name}.csv")
+    assert [(row["setting"], row["method"]) for row in rows] == [(s, m) for s in settings for m in ("ours", "Taubin")]
+    text = (tmp_path / "out" / f"{name}.md").read_text()
+    mean = float(rows[0]["theta_deg"])
+    assert f"{mean:.3f}" in text
+    assert (tmp_path / "out" / f"{name}.png").stat().st_size > 5000
+    finished = (tmp_path / "out" / "finished.jsonl").read_text()
+    assert run(*words) == 0
+    assert (tmp_path / "out" / "finished.jsonl").read_text() == finished
+
+
+def test_newest_checkpoint_of_the_first_run_that_has_one(tmp_path):
+    for number, name in enumerate(("a/version_0/best.ckpt", "a/version_1/best-v1.ckpt", "b/best.ckpt")):
+        path = tmp_path / name
+        path.parent.mkdir(parents=True)
+        path.touch()
+        os.utime(path, (number, number))
+    assert find_run(tmp_path, ["none", "a", "b"]) == tmp_path / "a" / "version_1" / "best-v1.ckpt"
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["ablation", "--runs", "absent"], "ablation_wo_inter"),
+        (["ablation", "--weights", "mine=best"], "CASE=WEIGHTS"),
+        (["ablation", "--weights", "full=best", "--meshes", "other"], "match"),
+        (["noise-levels", "--settings", "0.8"], "0.8"),
+        (["scores", "--published", "absent.csv"], "absent.csv"),
+        (["noise-levels", "--weights", "best", "best"], "two called 'best'"),
+    ],
+)
+def test_wrong_arguments(data, tmp_path, capsys, words, message):
+    assert run(words[0], data, "-o", tmp_path / "out", *words[1:]) == 2
+    error = capsys.readouterr().err
+    assert message in error
+    assert error.count("\n") == 1
