@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 from torch import Generator, Tensor
 
-from dnf_pyg.mesh.shapes import cad, displaced, organic
+from dnf_pyg.mesh.shapes import cad, displaced, organic, sculpted
 from dnf_pyg.mesh.shapes.build import build
 from dnf_pyg.mesh.shapes.dice import Dice
 from dnf_pyg.mesh.shapes.solid import Solid
@@ -38,6 +38,7 @@ def _from_mesh(recipe: Callable[[Dice, int], tuple[Tensor, Tensor]]) -> Shape:
 
 
 SHAPES: dict[str, Shape] = {
-    **{name: _from_solid(getattr(group, name)) for group in (cad, organic) for name in group.__all__},
+    **{name: _from_solid(getattr(group, name)) for group in (cad, sculpted, organic) for name in group.__all__},
     **{name: _from_mesh(getattr(displaced, name)) for name in displaced.__all__},
 }
+"""Kinds of shapes by name; each takes a generator and about how many faces, and gives ``pos`` and ``face``."""

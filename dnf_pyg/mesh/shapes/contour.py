@@ -50,8 +50,8 @@ def contour(solid: Solid, low: Tensor, high: Tensor, spacing: float) -> Labelled
     inside = _classify(solid, grid.view(*(_BLOCK * blocks).tolist(), 3))
     grid, size = grid.view(-1, 3), _BLOCK * blocks
     triangle = _march(inside, size)  # (T, 3, 2) grid points at both ends of each corner's grid edge, inner first
-    edge, face = triangle.view(-1, 2).unique(dim=0, return_inverse=True)
-    pos, label = _bisect(solid, grid[edge[:, 0]], grid[edge[:, 1]])
+    key, face = (triangle.view(-1, 2) @ torch.tensor([len(grid), 1])).unique(return_inverse=True)
+    pos, label = _bisect(solid, grid[key // len(grid)], grid[key % len(grid)])
     return _cut(solid, pos, label, face.view(-1, 3))
 
 

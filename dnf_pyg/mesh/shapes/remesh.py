@@ -100,16 +100,20 @@ def _unfold(solid: Solid, pos: np.ndarray, face: np.ndarray, label: np.ndarray) 
         if not turned.any():
             break
         target, free = _targets(pos, face, label)
-        held = np.ones(len(pos), dtype=bool)
-        held[face[turned]] = False
-        pos = _back(solid, np.where((free & ~held)[:, None], target, pos), face, label)
+        moves = np.zeros(len(pos), dtype=bool)
+        moves[face[turned]] = True
+        moves &= free
+        near = moves[face].any(1)
+        pos = np.where(moves[:, None], target, pos)
+        pos = np.where(moves[:, None], _back(solid, pos, face[near], label[near]), pos)
     return pos
 
 
 def _targets(pos: np.ndarray, face: np.ndarray, label: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Mean (V, 3) of each vertex's neighbours, on a curve of its two neighbours there, and which vertices may move."""
     half = np.sort(np.stack([face, np.roll(face, -1, 1)], -1).reshape(-1, 2), 1)
-    edge, inverse, count = np.unique(half, axis=0, return_inverse=True, return_counts=True)
+    key, inverse, count = np.unique(half @ (len(pos), 1), return_inverse=True, return_counts=True)
+    edge = np.stack(np.divmod(key, len(pos)), 1)
     owner = np.repeat(label, 3)
     low, high = np.full(len(edge), np.iinfo(np.int64).max), np.full(len(edge), -1)
     np.minimum.at(low, inverse, owner)

@@ -28,9 +28,9 @@ class Solid:
     def normals(self, pos: Tensor, label: Tensor) -> Tensor:
         """Outward unit normals (P, 3) of the labelled surfaces at points (P, 3)."""
         normal = torch.empty_like(pos)
-        for surface in label.unique():
+        for surface in label.bincount().nonzero()[:, 0].tolist():
             rows = label == surface
-            normal[rows] = self.surfaces[int(surface)].slope(pos[rows])[1]
+            normal[rows] = self.surfaces[surface].slope(pos[rows])[1]
         return torch.nn.functional.normalize(normal, dim=1)
 
     def map(self, inverse: Field) -> "Solid":

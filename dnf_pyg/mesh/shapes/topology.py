@@ -9,20 +9,21 @@ import numpy as np
 from numba import njit
 from numpy import ndarray
 
-__all__ = ["collapse_edges", "flip_edges", "incidence", "split_edges"]
+from dnf_pyg.mesh.shapes.incidence import (
+    DEGREE,
+    add_face,
+    agreement,
+    corner_angle,
+    drop_face,
+    edge_faces,
+    edge_length,
+    has_vertex,
+    incidence,
+    longest_edge,
+    opposite,
+)
 
-_DEGREE = 40  # faces around a vertex at most; collapses that would exceed it are not made
-
-
-@njit(cache=True)
-def incidence(face: ndarray, num_vertices: int) -> tuple[ndarray, ndarray]:
-    """Faces around each vertex: a table (V, 40) and the number used in each row."""
-    around = np.full((num_vertices, _DEGREE), -1, dtype=np.int64)
-    degree = np.zeros(num_vertices, dtype=np.int64)
-    for f in range(face.shape[0]):
-        for i in range(3):
-            _add(around, degree, face[f, i], f)
-    return around, degree
+__all__ = ["collapse_edges", "flip_edges", "split_edges"]
 
 
 @njit(cache=True)
@@ -34,16 +35,16 @@ def split_edges(pos: ndarray, face: ndarray, label: ndarray, size: ndarray, fact
     around, degree = incidence(face[:num_faces], pos.shape[0])
     f = 0
     while f < num_faces:
-        i = _longest(pos, face[f])[0]
+        i = longest_edge(pos, face[f])[0]
         u, v = face[f, i], face[f, (i + 1) % 3]
-        count, first, second = _edge_faces(face, around, degree, u, v)
+        count, first, second = edge_faces(face, around, degree, u, v)
         crowded = num_vertices + 1 > pos.shape[0] or num_faces + 2 > face.shape[0] or count > 2
-        if crowded or _length(pos, u, v) <= factor * (size[u] + size[v]) / 2:
+        if crowded or edge_length(pos, u, v) <= factor * (size[u] + size[v]) / 2:
             f += 1
             continue
         full = False
         for k in range(count):
-            full = full or degree[_opposite(face, first if k == 0 else second, u, v)] + 1 >= _DEGREE
+            full = full or degree[opposite(face, first if k == 0 else second, u, v)] + 1 >= DEGREE
         if full:
             f += 1
             continue
@@ -61,11 +62,11 @@ def split_edges(pos: ndarray, face: ndarray, label: ndarray, size: ndarray, fact
                     face[old, j] = middle
                 if face[new, j] == u:
                     face[new, j] = middle
-            _drop(around, degree, v, old)
-            _add(around, degree, v, new)
-            _add(around, degree, _opposite(face, old, u, middle), new)
-            _add(around, degree, middle, old)
-            _add(around, degree, middle, new)
+            drop_face(around, degree, v, old)
+            add_face(around, degree, v, new)
+            add_face(around, degree, opposite(face, old, u, middle), new)
+            add_face(around, degree, middle, old)
+            add_face(around, degree, middle, new)
     return pos[:num_vertices], face[:num_faces], label[:num_faces], size[:num_vertices]
 
 
@@ -86,8 +87,8 @@ def collapse_edges(
             if not alive[f]:
                 break
             u, v = face[f, i], face[f, (i + 1) % 3]
-            turned = _agreement(pos, face[f], normal[f]) < 0.5
-            if not turned and _length(pos, u, v) >= factor * (size[u] + size[v]) / 2:
+            turned = agreement(pos, face[f], normal[f]) < 0.5
+            if not turned and edge_length(pos, u, v) >= factor * (size[u] + size[v]) / 2:
                 continue
             if not _may_collapse(pos, face, label, normal, size, around, degree, u, v):
                 u, v = v, u
@@ -95,16 +96,16 @@ def collapse_edges(
                     continue
             for k in range(degree[u]):
                 g = around[u, k]
-                if _has(face, g, v):
+                if has_vertex(face, g, v):
                     alive[g] = False
                     for j in range(3):
                         if face[g, j] != u:
-                            _drop(around, degree, face[g, j], g)
+                            drop_face(around, degree, face[g, j], g)
                 else:
                     for j in range(3):
                         if face[g, j] == u:
                             face[g, j] = v
-                    _add(around, degree, v, g)
+                    add_face(around, degree, v, g)
             degree[u] = 0
     return alive
 
@@ -119,27 +120,27 @@ def flip_edges(pos: ndarray, face: ndarray, label: ndarray, normal: ndarray, num
         for f in range(face.shape[0]):
             for i in range(3):
                 u, v = face[f, i], face[f, (i + 1) % 3]
-                count, first, second = _edge_faces(face, around, degree, u, v)
+                count, first, second = edge_faces(face, around, degree, u, v)
                 if count != 2 or label[first] != label[second]:
                     continue
                 g = second if first == f else first
-                a, b = _opposite(face, f, u, v), _opposite(face, g, u, v)
-                if a == b or _angle(pos, u, a, v) + _angle(pos, u, b, v) <= np.pi + 1e-6:
+                a, b = opposite(face, f, u, v), opposite(face, g, u, v)
+                if a == b or corner_angle(pos, u, a, v) + corner_angle(pos, u, b, v) <= np.pi + 1e-6:
                     continue
-                if degree[u] <= 3 or degree[v] <= 3 or max(degree[a], degree[b]) + 1 >= _DEGREE:
+                if degree[u] <= 3 or degree[v] <= 3 or max(degree[a], degree[b]) + 1 >= DEGREE:
                     continue
-                if _edge_faces(face, around, degree, a, b)[0] > 0:
+                if edge_faces(face, around, degree, a, b)[0] > 0:
                     continue
-                old = min(_agreement(pos, face[f], normal[f]), _agreement(pos, face[g], normal[g]))
+                old = min(agreement(pos, face[f], normal[f]), agreement(pos, face[g], normal[g]))
                 one, two = np.array([a, u, b]), np.array([b, v, a])
-                new = min(_agreement(pos, one, normal[f]), _agreement(pos, two, normal[g]))
+                new = min(agreement(pos, one, normal[f]), agreement(pos, two, normal[g]))
                 if new < min(0.99, old):
                     continue
                 face[f], face[g] = one, two
-                _drop(around, degree, v, f)
-                _drop(around, degree, u, g)
-                _add(around, degree, b, f)
-                _add(around, degree, a, g)
+                drop_face(around, degree, v, f)
+                drop_face(around, degree, u, g)
+                add_face(around, degree, b, f)
+                add_face(around, degree, a, g)
                 flipped += 1
                 break
         if flipped == before:
@@ -149,8 +150,8 @@ def flip_edges(pos: ndarray, face: ndarray, label: ndarray, normal: ndarray, num
 
 @njit(cache=True)
 def _may_collapse(pos, face, label, normal, size, around, degree, u, v) -> bool:  # type: ignore[no-untyped-def]  # noqa: ANN001
-    count, first, second = _edge_faces(face, around, degree, u, v)
-    if count == 0 or count > 2 or degree[u] + degree[v] >= _DEGREE:
+    count, first, second = edge_faces(face, around, degree, u, v)
+    if count == 0 or count > 2 or degree[u] + degree[v] >= DEGREE:
         return False
     on_curve = count == 1 or label[first] != label[second]
     features = _num_features(face, label, around, degree, u)
@@ -160,14 +161,14 @@ def _may_collapse(pos, face, label, normal, size, around, degree, u, v) -> bool:
     for k in range(degree[u]):  # link condition: only the corners across the edge are neighbours of both ends
         for j in range(3):
             w = face[around[u, k], j]
-            if w != u and w != v and _edge_faces(face, around, degree, w, v)[0] > 0:
+            if w != u and w != v and edge_faces(face, around, degree, w, v)[0] > 0:
                 common += 1
     inner = 0
     for k in range(count):
-        w = _opposite(face, first if k == 0 else second, u, v)
-        inner += _edge_faces(face, around, degree, u, w)[0]
+        w = opposite(face, first if k == 0 else second, u, v)
+        inner += edge_faces(face, around, degree, u, w)[0]
         if (
-            _edge_faces(face, around, degree, u, w)[0] + _edge_faces(face, around, degree, v, w)[0] == 2
+            edge_faces(face, around, degree, u, w)[0] + edge_faces(face, around, degree, v, w)[0] == 2
             and degree[w] <= 1
         ):
             return False
@@ -177,15 +178,15 @@ def _may_collapse(pos, face, label, normal, size, around, degree, u, v) -> bool:
         return False
     for k in range(degree[u]):
         g = around[u, k]
-        if _has(face, g, v):
+        if has_vertex(face, g, v):
             continue
         moved = face[g].copy()
         for j in range(3):
             if moved[j] == u:
                 moved[j] = v
-            elif _length(pos, face[g, j], v) > 1.4 * (size[v] + size[face[g, j]]) / 2:
+            elif edge_length(pos, face[g, j], v) > 1.4 * (size[v] + size[face[g, j]]) / 2:
                 return False
-        if _agreement(pos, moved, normal[g]) < min(0.7071, _agreement(pos, face[g], normal[g])):
+        if agreement(pos, moved, normal[g]) < min(0.7071, agreement(pos, face[g], normal[g])):
             return False
     return True
 
@@ -197,83 +198,12 @@ def _num_features(face, label, around, degree, u) -> int:  # type: ignore[no-unt
         for j in range(3):
             w = face[around[u, k], j]
             if w != u:
-                count, first, second = _edge_faces(face, around, degree, u, w)
+                count, first, second = edge_faces(face, around, degree, u, w)
                 if count == 1:
                     twice += 2
                 elif count > 2 or label[first] != label[second]:
                     twice += 1
     return twice // 2
-
-
-@njit(cache=True)
-def _edge_faces(face, around, degree, u, v) -> tuple[int, int, int]:  # type: ignore[no-untyped-def]  # noqa: ANN001
-    count, first, second = 0, -1, -1
-    for k in range(degree[u]):
-        f = around[u, k]
-        if face[f, 0] == v or face[f, 1] == v or face[f, 2] == v:
-            if count == 0:
-                first = f
-            else:
-                second = f
-            count += 1
-    return count, first, second
-
-
-@njit(cache=True)
-def _agreement(pos, corners, normal) -> float:  # type: ignore[no-untyped-def]  # noqa: ANN001
-    cross = np.cross(pos[corners[1]] - pos[corners[0]], pos[corners[2]] - pos[corners[0]])
-    length = np.sqrt((cross * cross).sum())
-    return (cross * normal).sum() / length if length > 1e-14 else -1.0
-
-
-@njit(cache=True)
-def _angle(pos, u, a, v) -> float:  # type: ignore[no-untyped-def]  # noqa: ANN001
-    one, two = pos[u] - pos[a], pos[v] - pos[a]
-    cross = np.cross(one, two)
-    return np.arctan2(np.sqrt((cross * cross).sum()), (one * two).sum())
-
-
-@njit(cache=True)
-def _length(pos, u, v) -> float:  # type: ignore[no-untyped-def]  # noqa: ANN001
-    return np.sqrt((pos[u, 0] - pos[v, 0]) ** 2 + (pos[u, 1] - pos[v, 1]) ** 2 + (pos[u, 2] - pos[v, 2]) ** 2)
-
-
-@njit(cache=True)
-def _longest(pos, corners) -> tuple[int, float]:  # type: ignore[no-untyped-def]  # noqa: ANN001
-    best, longest = 0, -1.0
-    for i in range(3):
-        length = _length(pos, corners[i], corners[(i + 1) % 3])
-        if length > longest:
-            best, longest = i, length
-    return best, longest
-
-
-@njit(cache=True)
-def _opposite(face, f, u, v) -> int:  # type: ignore[no-untyped-def]  # noqa: ANN001
-    for j in range(3):
-        if face[f, j] != u and face[f, j] != v:
-            return face[f, j]
-    return -1
-
-
-@njit(cache=True)
-def _has(face, f, v) -> bool:  # type: ignore[no-untyped-def]  # noqa: ANN001
-    return face[f, 0] == v or face[f, 1] == v or face[f, 2] == v
-
-
-@njit(cache=True)
-def _add(around, degree, v, f) -> None:  # type: ignore[no-untyped-def]  # noqa: ANN001
-    around[v, degree[v]] = f
-    degree[v] += 1
-
-
-@njit(cache=True)
-def _drop(around, degree, v, f) -> None:  # type: ignore[no-untyped-def]  # noqa: ANN001
-    for k in range(degree[v]):
-        if around[v, k] == f:
-            degree[v] -= 1
-            around[v, k] = around[v, degree[v]]
-            return
 
 
 @njit(cache=True)
