@@ -38,10 +38,10 @@ lint: $(STAMP)  ## Check style and types (ruff, mypy)
 bench: $(STAMP)  ## Print the speed and memory tables (minutes; a quiet machine)
 	@for script in tests/bench/bench_*.py; do $(PY) $$script || exit 1; done
 
-docs: $(STAMP)  ## Build the documentation into site/ (warnings are errors)
+docs: $(STAMP)  ## Build the documentation into site/html (warnings are errors)
 	@$(PY) -c "import furo, latex2mathml, myst_nb" 2>/dev/null || $(PY) -m pip install -q -c $(CONSTRAINTS) -e ".[docs]"
-	@$(PY) -m sphinx -q -W --keep-going docs site
-	@echo "ready: site/index.html"
+	@$(PY) -m sphinx -q -W --keep-going docs site/html
+	@echo "ready: site/html/index.html"
 
 DNF := $(VENV)/bin/dnf-pyg
 DEMO := runs/demo

@@ -37,7 +37,7 @@ class NormalFilteringModule(LightningModule):
         train_k: Neighbours kept at random on each level while training (:func:`~dnf_pyg.nn.subsample_neighbors`);
             all of ``net.k`` if not given. Differs: the paper trains on all.
         separate_statistics: Names of data sets that keep running statistics of batch normalization of their own
-            (:class:`~dnf_pyg.nn.SplitStatistics`); for joint training.
+            (:class:`~dnf_pyg.nn.split_statistics.SplitStatistics`); for joint training.
         distillation: Trained teachers, one for each data set of a joint training.
 
     Raises:

@@ -18,9 +18,12 @@ from dnf_pyg.cli import main
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
-BLOCK = re.compile(r"((?:^<!--.*-->\n)*)^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+BLOCK = re.compile(r"((?:^<!--[^\n]*-->\n)*)^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 SHORT = [
-    *(f"--trainer.{option}" for option in ("max_steps=1", "limit_val_batches=1", "limit_test_batches=1")),
+    *(
+        f"--trainer.{option}"
+        for option in ("max_steps=1", "val_check_interval=1", "limit_val_batches=1", "limit_test_batches=1")
+    ),
     "--trainer.accelerator=cpu",
     *(f"--model.net.{option}" for option in ("channels=[4,4,4]", "embedding_channels=4", "residual_k=4")),
 ]
@@ -43,7 +46,9 @@ def run(command):
     if words[:2] == ["pip", "install"]:
         assert words[2].startswith("dnf-pyg"), "only this package is installed by a page"
     elif words[0] == "dnf-pyg" and not set(words) & {"|", ">", "&&"}:
-        short = SHORT if words[1] in ("fit", "validate", "test", "predict") else []
+        short = SHORT if words[1] in ("fit", "validate", "test") else []
+        if short and "joint" not in command:
+            short = [*short, "--data.num_patches=2"]
         assert main([*words[1:], *short]) == 0, command
     else:
         path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
