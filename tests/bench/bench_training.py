@@ -1,0 +1,98 @@
+"""Training: patches per second beside the bare forward and backward, and the share of time spent waiting for data.
+
+The paper's network and patches (800 faces, K=50), batches of 4; meshes made in code. Medians over the steps after the
+first two; seconds of the wall, so on a machine that other work shares only the shares and ratios tell.
+"""
+
+import logging
+import statistics
+import tempfile
+import time
+import warnings
+from pathlib import Path
+
+import torch
+import trimesh
+from lightning.pytorch import Trainer, seed_everything
+from lightning.pytorch.profilers import SimpleProfiler
+
+from datamodules import CleanMeshesDataModule, PairsDataModule
+from dnf_pyg.mesh.noise import GaussianNormalNoise
+from dnf_pyg.module import NormalFilteringModule
+from dnf_pyg.nn import DNFNet
+
+BATCH, STEPS = 4, 12
+
+
+def make_meshes(folder):
+    """Two balls with dents, clean and with noise."""
+    for part in ("clean", "noisy"):
+        (folder / part).mkdir()
+    for number in range(2):
+        ball = trimesh.creation.icosphere(subdivisions=5)
+        ball.vertices *= 1 + 0.1 * torch.sin(5 * torch.tensor(ball.vertices[:, [number]])).numpy()
+        ball.export(folder / "clean" / f"ball{number}.ply")
+        pos, face = torch.tensor(ball.vertices), torch.tensor(ball.faces).t().contiguous()
+        ball.vertices = GaussianNormalNoise()(pos, face, 0.2, torch.Generator().manual_seed(0)).numpy()
+        ball.export(folder / "noisy" / f"ball{number}_n1.ply")
+
+
+def bare(data):
+    """Seconds of forward and backward of one batch that is there already."""
+    net = DNFNet().train()
+    module = NormalFilteringModule(net)
+    batch = next(iter(data.train_dataloader()))
+    times = []
+    for _ in range(STEPS // 2):
+        start = time.perf_counter()
+        module.loss(
+            net.stages(batch.normal, batch.edge_index, batch.batch), batch.clean_normal, batch.batch
+        ).total.backward()
+        net.zero_grad()
+        times.append(time.perf_counter() - start)
+    return statistics.median(times[1:])
+
+
+def trained(data, folder):
+    """Seconds of a training step, and of waiting for its batch."""
+    seed_everything(0)
+    profiler = SimpleProfiler()
+    trainer = Trainer(
+        accelerator="cpu", max_steps=STEPS, limit_val_batches=0, logger=False, enable_checkpointing=False,
+        enable_progress_bar=False, enable_model_summary=False, profiler=profiler, default_root_dir=folder,
+    )  # fmt: skip
+    trainer.fit(NormalFilteringModule(DNFNet()), data)
+    spent = profiler.recorded_durations
+    waits = spent["[_TrainingEpochLoop].train_dataloader_next"][2:STEPS]
+    steps = spent["run_training_batch"][2:]
+    return statistics.median(steps), statistics.median(waits)
+
+
+def main():
+    warnings.filterwarnings("ignore")
+    logging.getLogger("lightning.pytorch").setLevel(logging.ERROR)
+    print("                       loading    bare fwd+bwd   training step                waiting")
+    print("data                 processes     patches/s      patches/s  of the bare   of the time")
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        make_meshes(folder)
+        options = {"num_patches": 48, "batch_size": BATCH, "cache": str(folder / "cache")}
+        for workers in (0, 1):
+            for title, data in {
+                "clean, fresh noise": CleanMeshesDataModule(str(folder / "clean"), num_workers=workers, **options),
+                "pairs, from disk": PairsDataModule(
+                    str(folder / "noisy"), str(folder / "clean"), num_workers=workers, **options
+                ),
+            }.items():
+                data.prepare_data()
+                floor = bare(data)
+                step, wait = trained(data, folder)
+                print(
+                    f"{title:<20} {workers:9}     {BATCH / floor:9.2f}      {BATCH / (step + wait):9.2f}"
+                    f"  {floor / (step + wait):11.0%}   {wait / (step + wait):11.1%}",
+                    flush=True,
+                )
+
+
+if __name__ == "__main__":
+    main()

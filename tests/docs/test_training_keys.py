@@ -1,0 +1,51 @@
+"""The table of keys in docs/training.md: every key of the module and the data modules, and none that is not there."""
+
+import inspect
+import re
+from pathlib import Path
+
+import pytest
+from lightning.pytorch import Trainer
+
+import datamodules
+from datamodules.patches import PatchDataModule
+from dnf_pyg.distillation import Distillation
+from dnf_pyg.losses import JointLoss
+from dnf_pyg.module import NormalFilteringModule
+from dnf_pyg.nn import DNFNet
+
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "training.md"
+TABLES = PAGE.read_text(encoding="utf-8").partition("## Every key")[2]
+KEYS = re.findall(r"^\| `([a-z_.]+)` \|", TABLES, re.MULTILINE)
+MODULES = [
+    module
+    for module in vars(datamodules).values()
+    if inspect.isclass(module) and (issubclass(module, PatchDataModule) or module is datamodules.JointDataModule)
+]
+OWNERS = {
+    "trainer": [Trainer],
+    "model": [NormalFilteringModule],
+    "model.net": [DNFNet],
+    "model.loss": [JointLoss],
+    "model.distillation": [Distillation],
+    "data": MODULES,
+}
+
+
+def arguments(owner):
+    return set(inspect.signature(owner.__init__).parameters) - {"self"}
+
+
+@pytest.mark.parametrize("key", KEYS)
+def test_key_exists(key):
+    place, _, name = key.rpartition(".")
+    if place:
+        assert any(name in arguments(owner) for owner in OWNERS[place])
+    else:
+        assert key in ("seed_everything", "ckpt_path")
+
+
+@pytest.mark.parametrize("place", [place for place in OWNERS if place != "trainer"])
+def test_every_key_is_explained(place):
+    expected = {f"{place}.{name}" for owner in OWNERS[place] for name in arguments(owner)} - {"model.net", "model.loss"}
+    assert expected <= set(KEYS)
