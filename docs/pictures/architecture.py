@@ -34,10 +34,10 @@ LANES = [
         (5, "checkpoint → network", "dnf_pyg.pretrained"),
     ]),
     ("Measure and show", 496, [
-        (0, "folders of test meshes", "dnf_pyg.benchmark.pairs"),
+        (0, "folders of test meshes", "dnf_pyg.mesh.pairs"),
         (1, "other filters", "dnf_pyg.baselines"),
         (2, "θ and E_v", "dnf_pyg.metrics"),
-        (3, "rows, tables, plots", "dnf_pyg.benchmark"),
+        (3, "tables, plots; the paper's own in experiments", "dnf_pyg.benchmark"),
         (4, "pictures and the 3D page", "dnf_pyg.report"),
         (5, "cards of released weights", "dnf_pyg.release"),
     ]),
