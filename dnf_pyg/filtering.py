@@ -10,6 +10,7 @@ from torch_geometric.data import Batch
 
 from dnf_pyg.data.patch import Patch, PatchExtractor, patch_to_data
 from dnf_pyg.data.seeds import cover
+from dnf_pyg.errors import WeightsError
 from dnf_pyg.mesh.geodesic import Growth
 from dnf_pyg.mesh.geometry import filled_face_normals, mean_edge_length
 from dnf_pyg.nn import DNFNet
@@ -74,7 +75,15 @@ def filter_normals(
 
     Returns:
         Filtered normals, and how they came about.
+
+    Raises:
+        WeightsError: If ``neighbors`` are not as many as the network has levels.
     """
+    if neighbors is not None and len(neighbors) != len(net.k):
+        raise WeightsError(
+            f"Expected a network of {len(neighbors)} levels for 'neighbors' {tuple(neighbors)} (got one of "
+            f"{len(net.k)}): give a number for each of its levels, or leave them out"
+        )
     clock = time.perf_counter
     started = clock()
     pos = (pos - pos.mean(dim=0)) / mean_edge_length(pos, face).clamp(min=torch.finfo(pos.dtype).tiny)

@@ -2,7 +2,7 @@ import pytest
 import torch
 import trimesh
 
-from dnf_pyg import MeshError, denoise
+from dnf_pyg import FAST, MeshError, WeightsError, denoise
 from dnf_pyg.mesh import DijkstraGrowth, HeatGrowth
 from dnf_pyg.mesh.geometry import mean_edge_length
 from dnf_pyg.nn import DNFNet
@@ -146,6 +146,17 @@ def test_rejects_meshes_it_cannot_take(noisy, net):
     noisy.vertices[7] = float("nan")
     with pytest.raises(MeshError, match="finite"):
         run(noisy, net)
+
+
+def test_fast_leaves_out_patches_and_neighbours(noisy, net):
+    usual, fast = run(noisy, net), run(noisy, net, **FAST)
+    assert fast.coverage.min() >= 1
+    assert fast.coverage.double().mean() < usual.coverage.double().mean()
+    every = run(noisy, net, neighbors=(4, 6, 8))
+    torch.testing.assert_close(every.pos, usual.pos)  # as many as the network has
+    assert not torch.allclose(run(noisy, net, neighbors=(2, 3, 4)).normal, usual.normal, atol=1e-5)
+    with pytest.raises(WeightsError, match=r"network of 2 levels for 'neighbors' \(2, 3\) \(got one of 3\)"):
+        run(noisy, net, neighbors=(2, 3))
 
 
 def test_growth_is_the_callers_choice(noisy, net):

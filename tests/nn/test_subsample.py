@@ -2,6 +2,7 @@ import pytest
 import torch
 
 from dnf_pyg.nn import subsample_neighbors
+from dnf_pyg.nn.subsample import spread_neighbors
 
 
 def rows(edge_index, num_nodes):
@@ -35,3 +36,11 @@ def test_short_rows_keep_what_was_chosen_of_them():
 def test_rejects_more_than_there_are():
     with pytest.raises(ValueError, match=r"from 1 to 3 \(got 4\)"):
         subsample_neighbors(torch.zeros(2, 1, dtype=torch.long), k=3, keep=4)
+
+
+def test_spread_takes_ranks_evenly():
+    edge_index = torch.stack([torch.arange(12), torch.tensor([0] * 7 + [1] * 5)])  # the second centre has fewer
+    assert spread_neighbors(edge_index, k=7, keep=4)[0].tolist() == [0, 2, 4, 6, 7, 9, 11]
+    assert torch.equal(spread_neighbors(edge_index, k=7, keep=7), edge_index)
+    with pytest.raises(ValueError, match="'keep' from 1 to 7"):
+        spread_neighbors(edge_index, k=7, keep=8)
