@@ -1,6 +1,7 @@
 import pytest
 import torch
-from lightning.pytorch import Trainer, seed_everything
+from lightning.pytorch import Callback, Trainer, seed_everything
+from lightning.pytorch.callbacks import EMAWeightAveraging, ModelCheckpoint
 from lightning.pytorch.loggers import CSVLogger
 
 from datamodules import CleanMeshesDataModule, JointDataModule, PairsDataModule, Part
@@ -8,9 +9,19 @@ from dnf_pyg.module import NormalFilteringModule
 from dnf_pyg.nn import DNFNet
 
 
-def joint(clean_folder, pair_folders, levels=(3, 4, 6)):
+class Curve(Callback):
+    def __init__(self):
+        self.values = []
+
+    def on_train_batch_end(self, trainer, module, outputs, batch, batch_idx):
+        self.values.append(float(outputs["loss"]))
+
+
+def joint(clean_folder, pair_folders, levels=(3, 4, 6), num_patches=3):
     one = CleanMeshesDataModule(str(clean_folder), num_patches=5, patch_size=40, k=6, batch_size=2)
-    two = PairsDataModule(str(pair_folders[1]), str(clean_folder), num_patches=3, patch_size=50, k=12, batch_size=3)
+    two = PairsDataModule(
+        str(pair_folders[1]), str(clean_folder), num_patches=num_patches, patch_size=50, k=12, batch_size=3
+    )
     return JointDataModule({"clean": Part(one, list(levels), 0.5), "pairs": Part(two)})
 
 
@@ -54,6 +65,33 @@ def test_statistics_stay_apart(clean_folder, pair_folders, tmp_path):
     assert kept.size(0) == 2
     assert not torch.allclose(kept[0], kept[1])
     assert any(key.startswith("statistics.values_") for key in module.state_dict())
+
+
+def resumable(clean_folder, pair_folders, folder, stop=None, ckpt_path=None):
+    """Train three epochs, averaged weights and statistics apart; ``stop`` after so many steps, or go on from there."""
+    seed_everything(0)
+    net = DNFNet(k=(4, 8, 12), channels=(8, 8, 8), embedding_channels=8, residual_k=4)
+    module, curve = NormalFilteringModule(net, separate_statistics=["clean", "pairs"]), Curve()
+    saved = ModelCheckpoint(folder, filename="{step}", every_n_train_steps=stop or 100, save_top_k=-1)
+    trainer = Trainer(
+        accelerator="cpu", max_epochs=3, max_steps=stop or -1, logger=False, enable_progress_bar=False,
+        enable_model_summary=False, callbacks=[curve, EMAWeightAveraging(decay=0.7), saved], default_root_dir=folder,
+    )  # fmt: skip
+    data = joint(clean_folder, pair_folders, num_patches=1)  # five batches of one, two of the other
+    trainer.fit(module, data, ckpt_path=ckpt_path, weights_only=True)
+    return curve.values, module
+
+
+@pytest.mark.parametrize("stop", [3, 7])  # in the second pass over the shorter data set, in the second epoch
+def test_resumes_with_statistics_and_averages_of_its_own(clean_folder, pair_folders, tmp_path, stop):
+    whole, expected = resumable(clean_folder, pair_folders, tmp_path / "whole")
+    first, _ = resumable(clean_folder, pair_folders, tmp_path / "part", stop)
+    path = tmp_path / "part" / f"step={stop}.ckpt"
+    second, module = resumable(clean_folder, pair_folders, tmp_path / "part", ckpt_path=path)
+    assert len(whole) > stop + 5
+    assert first + second == pytest.approx(whole, abs=1e-6)
+    for key, value in expected.state_dict().items():
+        torch.testing.assert_close(module.state_dict()[key], value, rtol=1e-5, atol=1e-6)
 
 
 def test_rejects_bad_parts(clean_folder, pair_folders):
