@@ -128,3 +128,26 @@ def test_configs_are_listed_and_copied(capsys, tmp_path):
     assert main(["configs", "demo", "-o", str(copy)]) == 0
     assert "dnf_pyg.nn.DNFNet" in copy.read_text()
     assert "mine.yaml" in failure(capsys, "configs", "demo", "-o", copy)
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["add-noise", "a.ply", "-o", "b.ply", "--level", "-1"], "--level: Expected a number of at least 0 (got -1)"),
+        (["make-shape", "blob", "-o", "b.ply", "--faces", "0"], "--faces: Expected a number of at least 1 (got 0)"),
+    ],
+)
+def test_number_out_of_range_is_refused(words, told, capsys):
+    with pytest.raises(SystemExit) as stop:
+        main(words)
+    assert stop.value.code == 2
+    assert told in capsys.readouterr().err
+
+
+def test_validation_beyond_the_end_of_an_epoch_is_refused(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    few = ["--data.kinds=[blob]", "--data.num_meshes=2", "--data.num_faces=500", "--data.num_patches=4"]
+    assert main(["fit", "-c", "demo", "--trainer.callbacks=null", *few]) == 2
+    told = [line for line in capsys.readouterr().err.splitlines() if line.startswith("dnf-pyg:")]
+    assert len(told) == 1
+    assert "`val_check_interval` (100) must be less than or equal to the number of the training batches (1)" in told[0]

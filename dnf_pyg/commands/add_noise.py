@@ -5,6 +5,7 @@ from pathlib import Path
 
 import torch
 
+from dnf_pyg.commands.settings import not_negative
 from dnf_pyg.mesh.io import read_mesh, write_mesh
 from dnf_pyg.mesh.noise import NOISE_KINDS
 
@@ -16,7 +17,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("clean", type=Path, metavar="CLEAN", help="mesh to add noise to (obj, ply, stl, off, glb)")
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="NOISY", help="mesh to write")
     parser.add_argument("--kind", choices=sorted(NOISE_KINDS), default="gaussian", help="noise model (%(default)s)")
-    parser.add_argument("--level", type=float, default=0.2, help="multiple of the mean edge length (%(default)s)")
+    parser.add_argument(
+        "--level", type=not_negative, default=0.2, help="multiple of the mean edge length (%(default)s)"
+    )
     parser.add_argument("--seed", type=int, default=0, help="the same seed gives the same noise (%(default)s)")
 
 

@@ -6,6 +6,7 @@ from pathlib import Path
 import torch
 import trimesh
 
+from dnf_pyg.commands.settings import count
 from dnf_pyg.mesh.io import write_mesh
 from dnf_pyg.mesh.shapes import SHAPES
 
@@ -16,7 +17,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
     parser.add_argument("kind", choices=sorted(SHAPES), help="kind of shape; its details are drawn at random")
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="OUT", help="mesh to write")
-    parser.add_argument("--faces", type=int, default=8000, help="about how many faces (%(default)s)")
+    parser.add_argument("--faces", type=count, default=8000, help="about how many faces (%(default)s)")
     parser.add_argument("--seed", type=int, default=0, help="the same seed gives the same mesh (%(default)s)")
 
 

@@ -10,7 +10,7 @@ from dnf_pyg.denoise import FAST, denoise
 from dnf_pyg.mesh.geodesic import DijkstraGrowth, Growth, HeatGrowth
 from dnf_pyg.pretrained import DEFAULT_WEIGHTS, packaged_weights
 
-__all__ = ["add_settings", "count", "denoise_settings"]
+__all__ = ["add_settings", "count", "denoise_settings", "not_negative"]
 
 _PRECISIONS = {"fp32": torch.float32, "bf16": torch.bfloat16}
 _GROWTHS: dict[str, type[Growth]] = {"dijkstra": DijkstraGrowth, "heat": HeatGrowth}
@@ -34,7 +34,7 @@ def add_settings(parser: argparse.ArgumentParser) -> None:
         group.add_argument(flag, dest=name, default=None, help=told + shown, **options)
 
     add("--strength", "strength", "0 leaves the mesh as it is, 1 is full", type=_share)
-    add("--max-move", "max_move", "limit, in mean edge lengths (none)", type=_positive, metavar="L")
+    add("--max-move", "max_move", "limit, in mean edge lengths (none)", type=not_negative, metavar="L")
     add("--iterations", "num_iterations", "most iterations of the vertex update", type=count, metavar="N")
     add("--repeat", "repeat", "times that the network filters its own result", type=count, metavar="N")
     group.add_argument("--preserve-boundary", action="store_true", help="leave open boundaries in place")
@@ -76,15 +76,21 @@ def count(text: str) -> int:
     return value
 
 
+def not_negative(text: str) -> float:
+    """Number of at least 0.
+
+    Example:
+        >>> not_negative("0.2")
+        0.2
+    """
+    value = float(text)
+    if not value >= 0:
+        raise argparse.ArgumentTypeError(f"Expected a number of at least 0 (got {text})")
+    return value
+
+
 def _share(text: str) -> float:
     value = float(text)
     if not 0 <= value <= 1:
         raise argparse.ArgumentTypeError(f"Expected a number from 0 to 1 (got {text})")
-    return value
-
-
-def _positive(text: str) -> float:
-    value = float(text)
-    if not value >= 0:
-        raise argparse.ArgumentTypeError(f"Expected a number of at least 0 (got {text})")
     return value

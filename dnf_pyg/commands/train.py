@@ -54,6 +54,10 @@ def run(words: Sequence[str]) -> None:
         if "Checkpoint file not found" not in str(error):
             raise
         raise DataError(f"{error}: give the path of a checkpoint, or `last`, to --ckpt_path") from error
+    except ValueError as error:
+        if "val_check_interval" not in str(error):
+            raise
+        raise DataError(f"{str(error).split('.')[0].strip()}: lower it, or set it to 1.0, once an epoch") from error
 
 
 def _with_config_paths(words: Sequence[str]) -> list[str]:
