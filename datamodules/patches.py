@@ -137,7 +137,7 @@ class PatchDataModule(LightningDataModule):
         return DataLoader(
             items,
             self.batch_size,
-            sampler=EpochSampler(items, seed, self._progress),
+            sampler=EpochSampler(items, seed, self._progress, self.batch_size),
             num_workers=self.num_workers,
             persistent_workers=self.num_workers > 0,
         )
@@ -185,11 +185,11 @@ class PatchDataModule(LightningDataModule):
         return left
 
     def _progress(self) -> tuple[int, int]:
-        """Epoch that begins, and items of it that a resumed run has seen already."""
+        """Epoch that begins, and batches of it that a resumed run has done already."""
         if self.trainer is None:
             return 0, 0
         epoch: Any = self.trainer.fit_loop.epoch_progress.current
         batches = self.trainer.fit_loop.epoch_loop.batch_progress
         if batches.current.ready and batches.is_last_batch:  # saved after the last batch of an epoch
             return max(epoch.processed, epoch.ready), 0
-        return epoch.processed, batches.current.ready * self.batch_size
+        return epoch.processed, batches.current.ready

@@ -17,18 +17,22 @@ class EpochSampler(DistributedSampler):
     Args:
         dataset: Data set to draw from.
         seed: Start of the random order.
-        progress: Tells the number of the epoch, and how many of this process's items a resumed run has done of it;
-            these are left out the first time.
+        progress: Tells the number of the epoch, and how many batches of it a resumed run has done; these are left out
+            the first time. A data set that is shorter than the epoch has begun again as often as it takes.
+        batch_size: Items of this process per batch.
 
     Example:
-        >>> sampler = EpochSampler([0, 1, 2, 3], seed=0, progress=lambda: (5, 1))
+        >>> sampler = EpochSampler([0, 1, 2, 3, 4], seed=0, progress=lambda: (5, 4), batch_size=2)  # 3 batches a pass
         >>> len(list(sampler)), next(iter(sampler))[0]
         (3, 5)
     """
 
-    def __init__(self, dataset: Dataset, seed: int, progress: Callable[[], tuple[int, int]]) -> None:
+    def __init__(
+        self, dataset: Dataset, seed: int, progress: Callable[[], tuple[int, int]], batch_size: int = 1
+    ) -> None:
         super().__init__(dataset, *_processes(), shuffle=True, seed=seed)
         self.progress = progress
+        self.batch_size = batch_size
         self.resuming = True
 
     def __iter__(self) -> Iterator[tuple[int, int]]:
@@ -36,7 +40,8 @@ class EpochSampler(DistributedSampler):
         epoch, done = self.progress()
         self.set_epoch(epoch)
         items = list(super().__iter__())
-        start = done % len(items) if self.resuming else 0  # a short data set of several starts again in an epoch
+        batches = -(-len(items) // self.batch_size)
+        start = done % batches * self.batch_size if self.resuming else 0
         self.resuming = False
         for item in items[start:]:
             yield epoch, item
