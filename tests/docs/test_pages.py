@@ -47,8 +47,8 @@ def run(command):
         assert words[2].startswith("dnf-pyg"), "only this package is installed by a page"
     elif words[0] == "dnf-pyg" and not set(words) & {"|", ">", "&&"}:
         short = SHORT if words[1] in ("fit", "validate", "test") else []
-        if short and "joint" not in command:
-            short = [*short, "--data.num_patches=2"]
+        keys = [f"parts.{name}.data.init_args." for name in ("synthetic", "kinect")] if "joint" in words else [""]
+        short = [*short, *(f"--data.{key}num_patches=2" for key in keys if short)]
         assert main([*words[1:], *short]) == 0, command
     else:
         path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
