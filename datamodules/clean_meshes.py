@@ -46,6 +46,8 @@ class CleanMeshesDataModule(PatchDataModule):
         patch_size: Faces per patch.
         k: Nearest faces kept for each face.
         growth: How patches grow; by Dijkstra's algorithm if not given, else :class:`~dnf_pyg.mesh.HeatGrowth`.
+        fresh: Cut patches anew in every epoch, by Dijkstra's algorithm on the noisy surface, rather than once on the
+            clean one (:class:`~dnf_pyg.data.FreshPatchDataset`).
         batch_size: Patches per batch.
         val_share: Share of the meshes held back; their noise is the same in every epoch.
         broken: ``stop`` before training if a mesh cannot be read, or ``skip`` it; all of them are named.
@@ -66,6 +68,7 @@ class CleanMeshesDataModule(PatchDataModule):
         patch_size: int = 800,
         k: int = 50,
         growth: Growth | None = None,
+        fresh: bool = False,
         batch_size: int = 10,
         val_share: float = 0.1,
         broken: OnBroken = "stop",

@@ -12,7 +12,7 @@ from torch_geometric.loader import DataLoader
 from torch_geometric.transforms import Compose
 
 from datamodules.sampling import EpochSampler, SeededItems, ShareSampler
-from dnf_pyg.data import JitterNormal, PatchDataset, RandomRotation
+from dnf_pyg.data import FreshPatchDataset, JitterNormal, MeshDataset, PatchDataset, RandomRotation
 from dnf_pyg.data.faults import find_faults
 from dnf_pyg.data.mesh_dataset import MeshPair
 from dnf_pyg.errors import DataError
@@ -100,28 +100,27 @@ class PatchDataModule(LightningDataModule):
         held_back = spread(sorted({Path(clean).stem for _, clean in pairs}), self.options.val_share)
         return [pair for pair in pairs if (Path(pair[1]).stem in held_back) == (split != "train")]
 
-    def patches(self, pairs: Sequence[MeshPair], split: str, noise: Noise | None = None) -> PatchDataset:
+    def patches(self, pairs: Sequence[MeshPair], split: str, noise: Noise | None = None) -> MeshDataset:
         """Patches of all these pairs, augmented for ``train``; with noise, where it is given, on clean meshes alone.
 
-        Reads ``num_patches``, ``patch_size``, ``k``, ``seed`` and, for noise, ``noise_level`` from the hyperparameters.
-        The noise of held-back meshes is the same in every epoch.
+        Reads ``num_patches``, ``patch_size``, ``k``, ``seed``, ``fresh`` if there is one and, for noise,
+        ``noise_level`` from the hyperparameters. The noise of held-back meshes is the same in every epoch.
         """
         options = self.options
         drawn: dict[str, Any] = {}
         if noise is not None:
             drawn = {"noise": noise, "noise_level": tuple(options.noise_level)}
             drawn["noise_seed"] = None if split == "train" else options.seed
-        return PatchDataset(
-            pairs,
-            self._root(),
-            num_patches=options.num_patches,
-            patch_size=options.patch_size,
-            k=options.k,
-            growth=self.growth,
-            seed=options.seed,
-            transform=self.augmentation if split == "train" else None,
+        common: dict[str, Any] = {
+            "num_patches": options.num_patches,
+            "patch_size": options.patch_size,
+            "k": options.k,
+            "transform": self.augmentation if split == "train" else None,
             **drawn,
-        )
+        }
+        if options.get("fresh"):
+            return FreshPatchDataset(pairs, self._root(), **common)
+        return PatchDataset(pairs, self._root(), growth=self.growth, seed=options.seed, **common)
 
     def prepare_data(self) -> None:
         """Cut and cache the patches that the run needs, in one process; it sets no state."""

@@ -7,6 +7,7 @@ from typing import Any, Literal, cast
 import torch
 from lightning.pytorch import LightningModule
 from lightning.pytorch.cli import LRSchedulerCallable, OptimizerCallable
+from lightning.pytorch.utilities import rank_zero_info
 from torch import Tensor
 from torch_geometric.data import Batch
 
@@ -16,6 +17,7 @@ from dnf_pyg.losses import JointLoss, LossTerms
 from dnf_pyg.metrics import MeanAngularDifference
 from dnf_pyg.nn import DNFNet, subsample_neighbors
 from dnf_pyg.nn.split_statistics import SplitStatistics
+from dnf_pyg.pretrained import load_network
 
 __all__ = ["NormalFilteringModule"]
 
@@ -36,6 +38,9 @@ class NormalFilteringModule(LightningModule):
         scheduler_interval: Step the schedule once an ``epoch`` or once a ``step``.
         train_k: Neighbours kept at random on each level while training (:func:`~dnf_pyg.nn.subsample_neighbors`);
             all of ``net.k`` if not given. Differs: the paper trains on all.
+        train_k_steps: Steps after which all neighbours are kept, as in evaluation; never if not given.
+        initial_weights: Weights to start from (name, folder or checkpoint, as for
+            :func:`~dnf_pyg.pretrained.load_network`); layers that they lack start from new ones, and are named.
         separate_statistics: Names of data sets that keep running statistics of batch normalization of their own
             (:class:`~dnf_pyg.nn.split_statistics.SplitStatistics`); for joint training.
         distillation: Trained teachers, one for each data set of a joint training.
@@ -52,6 +57,8 @@ class NormalFilteringModule(LightningModule):
         scheduler: LRSchedulerCallable | None = None,
         scheduler_interval: Literal["epoch", "step"] = "epoch",
         train_k: Sequence[int] | None = None,
+        train_k_steps: int | None = None,
+        initial_weights: str | None = None,
         separate_statistics: Sequence[str] | None = None,
         distillation: Distillation | None = None,
     ) -> None:
@@ -62,10 +69,31 @@ class NormalFilteringModule(LightningModule):
         self.scheduler = scheduler
         self.scheduler_interval = scheduler_interval
         self.train_k = train_k
+        self.train_k_steps = train_k_steps
+        if initial_weights is not None:
+            self._start_from(initial_weights)
         self.statistics = SplitStatistics(net, separate_statistics) if separate_statistics else None
         self.distillation = distillation
         self.part_theta = torch.nn.ModuleDict()  # one for each stage and data set of a joint training
         self.train_theta, self.val_theta, self.test_theta = (MeanAngularDifference() for _ in range(3))
+
+    def _start_from(self, weights: str) -> None:
+        """Copy the tensors of trained weights.
+
+        Raises:
+            WeightsError: If a layer that both have differs in shape, or the weights have layers more.
+        """
+        state, own = load_network(weights).state_dict(), self.net.state_dict()
+        wrong = [name for name in state if name not in own or own[name].shape != state[name].shape]
+        if wrong:
+            raise WeightsError(
+                f"Expected weights of the configured network (got '{weights}' with other {wrong[0]}): "
+                "change `model.net`"
+            )
+        self.net.load_state_dict(state, strict=False)
+        fresh = sorted({name.split(".")[0] for name in own.keys() - state.keys()})
+        if fresh:
+            rank_zero_info(f"Layers that '{weights}' lacks start from new weights: {', '.join(fresh)}")
 
     def forward(self, batch: Batch) -> Tensor:
         """Filtered normals (F, 3) of a batch of patches."""
@@ -181,7 +209,8 @@ class NormalFilteringModule(LightningModule):
     def _edges(self, batch: Batch) -> Tensor | list[Tensor]:
         """Edges of each level: nearest first, as many as the data set says, some left out while training."""
         levels = getattr(batch, "levels", None) or self.net.k
-        keep = self.train_k if self.training and self.train_k is not None else levels
+        finishing = self.train_k_steps is not None and self.global_step >= self.train_k_steps
+        keep = levels if self.train_k is None or finishing or not self.training else self.train_k
         if list(keep) == list(self.net.k):
             return batch.edge_index
         pairs = zip(levels, keep, strict=True)

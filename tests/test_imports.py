@@ -16,7 +16,7 @@ ALLOWED = {
     "raster": {"mesh"},
     "baselines": {"errors", "mesh"},
     "distillation": {"errors", "losses", "pretrained"},
-    "module": {"errors", "nn", "losses", "metrics", "distillation"},
+    "module": {"errors", "nn", "losses", "metrics", "distillation", "pretrained"},
     "callbacks": {"errors", "mesh", "metrics", "denoise", "report", "module"},
     "pretrained": {"errors", "nn"},
     "filtering": {"errors", "mesh", "data", "nn"},

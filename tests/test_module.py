@@ -75,6 +75,30 @@ def test_train_k_only_counts_while_training(module, batches):
     assert [edges.size(1) for edges in module._edges(batches[0])] == [60, 120, 120]
 
 
+def test_all_neighbours_count_after_train_k_steps(batches, tmp_path):
+    module = NormalFilteringModule(DNFNet(**SMALL), train_k=(1, 2, 2), train_k_steps=2)
+    seen = []
+    stages = module.net.stages
+    module.net.stages = lambda normal, edges, batch: seen.append(torch.is_tensor(edges)) or stages(normal, edges, batch)
+    loader = torch.utils.data.DataLoader(batches, batch_size=None)
+    trainer(tmp_path, max_steps=3, enable_checkpointing=False).fit(module, loader)
+    assert seen == [False, False, True]
+
+
+def test_starts_from_trained_weights_and_leaves_new_layers_as_they_are(tmp_path):
+    torch.manual_seed(0)
+    DNFNet(**SMALL).save_pretrained(tmp_path / "first")
+    more = DNFNet(**SMALL, bilateral_iterations=2)
+    fresh = more.bilateral.guidance.weight.clone()
+    module = NormalFilteringModule(more, initial_weights=str(tmp_path / "first"))
+    for name, value in load_network(tmp_path / "first").state_dict().items():
+        assert torch.equal(module.net.state_dict()[name], value), name
+    assert torch.equal(module.net.bilateral.guidance.weight, fresh)
+    other = DNFNet(**{**SMALL, "embedding_channels": 16})
+    with pytest.raises(WeightsError, match=r"Expected weights of the configured network .* change `model.net`"):
+        NormalFilteringModule(other, initial_weights=str(tmp_path / "first"))
+
+
 def test_checkpoint_rebuilds_the_network_and_refuses_another(module, batches, tmp_path):
     loader = torch.utils.data.DataLoader(batches, batch_size=None)
     fitting = trainer(tmp_path, max_steps=2)

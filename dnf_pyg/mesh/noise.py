@@ -1,23 +1,32 @@
 """Noise models for meshes: every level is a multiple of the mean edge length."""
 
-from typing import Protocol
+from abc import ABC, abstractmethod
 
 import torch
 from torch import Generator, Tensor
 
 from dnf_pyg.mesh.geometry import mean_edge_length, vertex_normals
 
-__all__ = ["NOISE_KINDS", "GaussianNoise", "GaussianNormalNoise", "ImpulsiveNoise", "Noise", "UniformNoise"]
+__all__ = [
+    "NOISE_KINDS",
+    "GaussianNoise",
+    "GaussianNormalNoise",
+    "ImpulsiveNoise",
+    "MixedNoise",
+    "Noise",
+    "UniformNoise",
+]
 
 
-class Noise(Protocol):
+class Noise(ABC):
     """What every noise model does: return moved vertices, the given ones untouched."""
 
+    @abstractmethod
     def __call__(self, pos: Tensor, face: Tensor, level: float, generator: Generator | None = None) -> Tensor:
         """Move the vertices (V, 3) of a mesh by noise of ``level`` mean edge lengths."""
 
 
-class GaussianNormalNoise:
+class GaussianNormalNoise(Noise):
     r"""Move each vertex along its normal by a Gaussian amount, the noise of the CNR benchmark.
 
     .. math::
@@ -50,7 +59,7 @@ class GaussianNormalNoise:
         return pos + _scale(pos, face, level) * amount * vertex_normals(pos, face)
 
 
-class GaussianNoise:
+class GaussianNoise(Noise):
     """Move each vertex by an isotropic Gaussian vector.
 
     Each coordinate has standard deviation ``level`` mean edge lengths, so the vector is longer than the one of
@@ -73,7 +82,7 @@ class GaussianNoise:
         return pos + _scale(pos, face, level) * torch.empty_like(pos).normal_(generator=generator)
 
 
-class UniformNoise:
+class UniformNoise(Noise):
     """Move each vertex along its normal by an amount uniform in plus or minus ``level`` mean edge lengths.
 
     Its standard deviation is ``level / sqrt(3)`` mean edge lengths.
@@ -98,7 +107,7 @@ class UniformNoise:
         return pos + _scale(pos, face, level) * amount * vertex_normals(pos, face)
 
 
-class ImpulsiveNoise:
+class ImpulsiveNoise(Noise):
     """Move a random share of the vertices along their normals by Gaussian amounts; the others stay exact.
 
     Source: DNF-Net (Li et al. 2020), Sec. 4.4, "Robustness on noise patterns"; the share is not stated there.
@@ -136,6 +145,38 @@ NOISE_KINDS: dict[str, type[Noise]] = {
     "uniform": UniformNoise,
     "impulsive": ImpulsiveNoise,
 }
+
+
+class MixedNoise(Noise):
+    """Noise of a kind drawn anew each time, so that a network meets several.
+
+    Args:
+        shares: How often each kind of :data:`NOISE_KINDS` is drawn, in relation to the others.
+
+    Shapes:
+        - **pos:** :math:`(V, 3)`, **face:** :math:`(3, F)`, **output:** :math:`(V, 3)`
+
+    Raises:
+        ValueError: If a kind is unknown or a share not positive, or ``level`` is negative or not finite.
+
+    Example:
+        >>> pos, face = torch.eye(3), torch.tensor([[0], [1], [2]])
+        >>> MixedNoise({"gaussian": 3, "uniform": 1})(pos, face, 0.3, torch.Generator().manual_seed(0)).shape
+        torch.Size([3, 3])
+    """
+
+    def __init__(self, shares: dict[str, float]) -> None:
+        unknown = sorted(set(shares) - set(NOISE_KINDS))
+        if unknown or not shares or min(shares.values()) <= 0:
+            raise ValueError(f"Expected positive 'shares' of {', '.join(NOISE_KINDS)} (got {shares})")
+        self.shares = shares
+        self._models = [NOISE_KINDS[kind]() for kind in shares]
+
+    def __call__(self, pos: Tensor, face: Tensor, level: float, generator: Generator | None = None) -> Tensor:
+        """Return the moved vertices."""
+        shares = torch.tensor(list(self.shares.values()), dtype=torch.double)
+        drawn = int(torch.multinomial(shares, 1, generator=generator))
+        return self._models[drawn](pos, face, level, generator)
 
 
 def _scale(pos: Tensor, face: Tensor, level: float) -> Tensor:

@@ -1,6 +1,7 @@
 """Layers of the deep normal filtering network, and the network itself."""
 
 from dnf_pyg.nn.attention import ChannelAttention
+from dnf_pyg.nn.bilateral import JointBilateralConv
 from dnf_pyg.nn.dnf_net import DNFNet
 from dnf_pyg.nn.embedding import MultiScaleEmbedding
 from dnf_pyg.nn.grouping import FeatureGroupingConv, NormalGroupingConv
@@ -12,6 +13,7 @@ __all__ = [
     "ChannelAttention",
     "DNFNet",
     "FeatureGroupingConv",
+    "JointBilateralConv",
     "MultiScaleEmbedding",
     "NormalGroupingConv",
     "ResidualUnit",

@@ -11,6 +11,7 @@ from torch.nn import functional as F
 from torch_geometric.nn import MLP
 from torch_geometric.typing import Adj
 
+from dnf_pyg.nn.bilateral import JointBilateralConv
 from dnf_pyg.nn.embedding import MultiScaleEmbedding
 from dnf_pyg.nn.frame import patch_frames
 from dnf_pyg.nn.residual import ResidualUnit
@@ -39,6 +40,8 @@ class DNFNet(Module, PyTorchModelHubMixin, library_name="dnf_pyg", tags=["mesh-d
         subtract: Group differences of features in the embedding.
         align: Turn each patch into a frame of its own before and back after (:func:`~dnf_pyg.nn.frame.patch_frames`),
             so that the result turns with the mesh. Differs: the paper does without and learns from turned patches.
+        bilateral_iterations: Iterations of a learned bilateral filter over the ``k[0]`` nearest faces at the end
+            (:class:`~dnf_pyg.nn.JointBilateralConv`); none if 0. Differs: the paper does without.
 
     Shapes:
         - **normal:** :math:`(F, 3)`, unit length
@@ -69,6 +72,7 @@ class DNFNet(Module, PyTorchModelHubMixin, library_name="dnf_pyg", tags=["mesh-d
         embedding_channels: int = 128,
         subtract: bool = True,
         align: bool = False,
+        bilateral_iterations: int = 0,
     ) -> None:
         super().__init__()
         if num_units < 1:
@@ -80,10 +84,16 @@ class DNFNet(Module, PyTorchModelHubMixin, library_name="dnf_pyg", tags=["mesh-d
         self.embedding_channels = embedding_channels
         self.subtract = subtract
         self.align = align
+        self.bilateral_iterations = bilateral_iterations
         self.embedding = MultiScaleEmbedding(k, channels, embedding_channels, subtract)
         self.units = ModuleList(ResidualUnit(embedding_channels, residual_k) for _ in range(num_units))
         head = [embedding_channels, embedding_channels, embedding_channels // 2, 3]
         self.heads = ModuleList(MLP(head, norm_kwargs={"allow_single_element": True}) for _ in range(num_units))
+        self.bilateral = (
+            JointBilateralConv(embedding_channels, num_iterations=bilateral_iterations, k=self.k[0])
+            if bilateral_iterations
+            else None
+        )
 
     @property
     def config(self) -> dict[str, Any]:
@@ -96,28 +106,44 @@ class DNFNet(Module, PyTorchModelHubMixin, library_name="dnf_pyg", tags=["mesh-d
             "embedding_channels": self.embedding_channels,
             "subtract": self.subtract,
             "align": self.align,
+            "bilateral_iterations": self.bilateral_iterations,
         }
 
     def reset_parameters(self) -> None:
         """Draw new weights."""
         for module in (self.embedding, *self.units, *self.heads):
             module.reset_parameters()
+        if self.bilateral is not None:
+            self.bilateral.reset_parameters()
 
     def forward(self, normal: Tensor, edge_index: Adj | Sequence[Adj], batch: Tensor | None = None) -> Tensor:
         """Filter the normals: the output of the last unit, without the heads of the others."""
         frame = self._frame(normal, batch)
         *_, (x, _) = self._features(normal, edge_index, batch, frame)
-        return self._filtered(self.heads[-1], x, frame)
+        out = self._filtered(self.heads[-1], x, frame)
+        return out if self.bilateral is None else self.bilateral(out, x, self._nearest(edge_index))
 
     def stages(
         self, normal: Tensor, edge_index: Adj | Sequence[Adj], batch: Tensor | None = None
     ) -> list[tuple[Tensor, Tensor]]:
-        """Return what each residual unit gives: filtered normals (F, 3) and its residual (F, C)."""
+        """Return what each residual unit gives: filtered normals (F, 3) and its residual (F, C).
+
+        The bilateral filter, where there is one, is a stage more, with a residual of no channels.
+        """
         frame = self._frame(normal, batch)
-        features = self._features(normal, edge_index, batch, frame)
-        return [
+        features = list(self._features(normal, edge_index, batch, frame))
+        stages = [
             (self._filtered(head, x, frame), residual) for head, (x, residual) in zip(self.heads, features, strict=True)
         ]
+        if self.bilateral is not None:
+            (out, _), (x, _) = stages[-1], features[-1]
+            stages.append((self.bilateral(out, x, self._nearest(edge_index)), x.new_zeros(x.size(0), 0)))
+        return stages
+
+    @staticmethod
+    def _nearest(edge_index: Adj | Sequence[Adj]) -> Adj:
+        """Edges of the first level."""
+        return edge_index[0] if isinstance(edge_index, list | tuple) else edge_index
 
     def _frame(self, normal: Tensor, batch: Tensor | None) -> Tensor | None:
         """Axes of the patch of each face, shape (F, 3, 3) or (1, 3, 3)."""

@@ -1,7 +1,7 @@
 import torch
 
 from datamodules import CleanMeshesDataModule, GeneratedDataModule
-from dnf_pyg.data import PatchDataset
+from dnf_pyg.data import FreshPatchDataset, PatchDataset
 
 SMALL = {"num_patches": 3, "patch_size": 40, "k": 8, "batch_size": 2}
 
@@ -28,3 +28,14 @@ def test_noise_is_new_in_training_and_fixed_in_validation(clean_folder, tmp_path
     assert torch.equal(train[0].clean_normal, train[0].clean_normal)
     assert torch.equal(val[0].normal, val[0].normal)
     assert not torch.equal(val[0].normal, val[0].clean_normal)
+
+
+def test_fresh_patches_differ_from_epoch_to_epoch_in_training_only(clean_folder, tmp_path):
+    data = CleanMeshesDataModule(
+        str(clean_folder), cache=str(tmp_path / "cache"), val_share=0.34, rotate=False, fresh=True, **SMALL
+    )
+    train, val = data.dataset("train"), data.dataset("val")
+    assert isinstance(train, FreshPatchDataset)
+    assert len({tuple(train[0].face_id.tolist()) for _ in range(4)}) > 1
+    assert torch.equal(val[0].face_id, val[0].face_id)
+    assert torch.equal(val[0].normal, val[0].normal)

@@ -1,8 +1,17 @@
 import pytest
 import torch
+from jsonargparse import ArgumentParser
 
 from dnf_pyg.mesh import geometry
-from dnf_pyg.mesh.noise import NOISE_KINDS, GaussianNoise, GaussianNormalNoise, ImpulsiveNoise, UniformNoise
+from dnf_pyg.mesh.noise import (
+    NOISE_KINDS,
+    GaussianNoise,
+    GaussianNormalNoise,
+    ImpulsiveNoise,
+    MixedNoise,
+    Noise,
+    UniformNoise,
+)
 
 
 def draw(noise, mesh, level=0.2, seed=0):
@@ -52,3 +61,26 @@ def test_rejects_bad_arguments(sphere_mesh):
     for level in (-0.1, float("nan"), float("inf")):
         with pytest.raises(ValueError, match="Expected 'level'"):
             GaussianNormalNoise()(*sphere_mesh, level)
+
+
+def test_mixed_noise_draws_each_kind_as_often_as_asked():
+    pos = torch.tensor([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
+    face = torch.tensor([[0, 0], [1, 2], [2, 3]])
+    noise, generator = MixedNoise({"gaussian": 3, "isotropic": 1}), torch.Generator().manual_seed(0)
+    along = [bool((noise(pos, face, 0.1, generator)[:, :2] == pos[:, :2]).all()) for _ in range(400)]
+    assert sum(along) / 400 == pytest.approx(0.75, abs=0.06)
+
+
+@pytest.mark.parametrize("shares", [{}, {"gaussian": 0}, {"salt": 1}])
+def test_mixed_noise_refuses_other_shares(shares):
+    with pytest.raises(ValueError, match=r"Expected positive 'shares' of gaussian, isotropic, uniform, impulsive"):
+        MixedNoise(shares)
+
+
+def test_noise_can_be_named_in_a_config_file():
+    parser = ArgumentParser()
+    parser.add_argument("--noise", type=Noise)
+    chosen = {"class_path": "dnf_pyg.mesh.noise.MixedNoise", "init_args": {"shares": {"uniform": 1}}}
+    noise = parser.instantiate(parser.parse_object({"noise": chosen})).noise
+    assert isinstance(noise, MixedNoise)
+    assert noise.shares == {"uniform": 1}
