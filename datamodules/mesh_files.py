@@ -60,6 +60,11 @@ class MeshFilesDataModule(LightningDataModule):
         if same:
             raise DataError(f"Expected another folder for the results (got that of '{same[0]}'): choose a new one")
 
+    @property
+    def num_files(self) -> int:
+        """Inputs, those that are done already included."""
+        return len(self._pairs)
+
     def setup(self, stage: str) -> None:
         """Leave out what is done, as the first process sees it, and keep the share of this process."""
         todo = [pair for pair in self._pairs if self.hparams.overwrite or not pair[1].exists()]

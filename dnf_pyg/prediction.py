@@ -78,11 +78,14 @@ class MeshDenoisingModule(LightningModule):
             mesh = read_mesh(source)
             result = denoise(mesh.mesh, self.net, device=self.device, **self.settings)
             write_mesh(mesh, result.pos, output)
-        except (DNFError, MemoryError, RuntimeError) as error:  # torch raises RuntimeError when memory runs out
-            failed = FailedFile(source, str(error) or type(error).__name__)
-            self.failures[str(source)] = failed.reason
-            return failed
-        return DenoisedFile(mesh, result, output, time.perf_counter() - start)
+        except DNFError as error:
+            failed = FailedFile(source, str(error))
+        except Exception as error:  # a fault of ours, or too little memory, at one of thousands of files
+            failed = FailedFile(source, f"{type(error).__name__}: {error}")
+        else:
+            return DenoisedFile(mesh, result, output, time.perf_counter() - start)
+        self.failures[str(source)] = failed.reason
+        return failed
 
     def failures_of_all(self) -> dict[str, str]:
         """Failures of all processes, by path; every process has to call this."""

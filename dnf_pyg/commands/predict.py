@@ -70,7 +70,7 @@ def run(words: Sequence[str]) -> None:
     failures = module.failures_of_all()
     if failures and trainer.is_global_zero:
         listed = "; ".join(f"{path}: {reason}" for path, reason in sorted(failures.items()))
-        raise DNFError(f"{len(failures)} meshes failed: {listed}")
+        raise DNFError(f"{len(failures)} of {files.num_files} meshes failed: {listed}")
 
 
 def _is_needed(record: logging.LogRecord) -> bool:

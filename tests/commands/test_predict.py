@@ -44,7 +44,7 @@ def test_failing_file_is_reported_at_the_end_and_a_restart_does_the_rest(folders
     (folders / "in" / "mesh1.ply").write_bytes(good[:-20])
     assert main(words(folders)) == 2
     told = capfd.readouterr().err
-    assert "1 meshes failed" in told.splitlines()[-1]
+    assert "1 of 4 meshes failed" in told.splitlines()[-1]
     assert "mesh1.ply" in told.splitlines()[-1]
     assert "Traceback" not in told
     done = {path.name: path.stat().st_mtime_ns for path in (folders / "out").iterdir()}
@@ -69,13 +69,25 @@ def test_two_processes_share_the_files(folders):
     quiet = {**os.environ, "OMP_NUM_THREADS": "1"}
     done = subprocess.run([str(word) for word in command], capture_output=True, text=True, env=quiet, timeout=300)
     assert done.returncode == 2, done.stderr
-    assert "1 meshes failed" in done.stderr.splitlines()[-1]
+    assert "1 of 5 meshes failed" in done.stderr.splitlines()[-1]
     told = [json.loads(line) for line in done.stdout.splitlines()]
     assert sorted(Path(values["input"]).name for values in told) == [f"mesh{number}.ply" for number in range(4)]
     assert {values["process"] for values in told} == {0, 1}
     shared = {path.name: path.read_bytes() for path in (folders / "out").iterdir()}
     assert main(words(folders, "--overwrite")) == 2
     assert shared == {path.name: path.read_bytes() for path in (folders / "out").iterdir()}
+
+
+def test_fault_of_the_program_stops_one_file_only(folders, capsys, monkeypatch):
+    def faulty(mesh, *_, **__):
+        if len(mesh.faces) == 80:
+            raise ZeroDivisionError("by a fault")
+        return denoise(mesh, load_network(folders / "weights"), patch_size=100)
+
+    monkeypatch.setattr("dnf_pyg.prediction.denoise", faulty)
+    assert main(words(folders)) == 2
+    assert "2 of 4 meshes failed" in capsys.readouterr().err
+    assert [path.name for path in sorted((folders / "out").iterdir())] == ["mesh1.ply", "mesh3.ply"]
 
 
 def test_shares_are_equal_and_complete():
