@@ -1,6 +1,7 @@
 """Released weights: a folder with the network, its model card, its metrics and checksums."""
 
 import hashlib
+import inspect
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -72,8 +73,13 @@ class Release:
 
 
 def fingerprint(net: DNFNet) -> str:
-    """What tells weights and configuration of a network from all others, whatever file they are in: 12 hex digits."""
-    digest = hashlib.sha256(json.dumps(net.config, sort_keys=True).encode())
+    """What tells weights and configuration of a network from all others, whatever file they are in: 12 hex digits.
+
+    Arguments at their default do not count, so that one that is added later leaves old fingerprints as they are.
+    """
+    default = {name: json.dumps(parameter.default) for name, parameter in inspect.signature(DNFNet).parameters.items()}
+    config = {name: value for name, value in net.config.items() if json.dumps(value) != default[name]}
+    digest = hashlib.sha256(json.dumps(config, sort_keys=True).encode())
     for name, value in sorted(net.state_dict().items()):
         digest.update(name.encode() + value.cpu().contiguous().numpy().tobytes())
     return digest.hexdigest()[:12]
