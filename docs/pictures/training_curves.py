@@ -98,13 +98,15 @@ def resume(runs):
 def processes(runs):
     figure, (left, right) = panels()
     for axes, key, title in ((left, "train/theta", "training patches"), (right, "val/theta", "held-back patches")):
-        one, two = (curve(runs / f"processes_{count}", key) for count in (1, 2))
+        one, two, apart = (curve(runs / name, key) for name in ("processes_1", "processes_2", "accumulated"))
         axes.plot(*one, color=GREY, linewidth=4, alpha=0.6, label="1 process, batches of 8")
         axes.plot(*two, "--", color=ORANGE, label="2 processes, batches of 4 each")
+        axes.plot(*apart, ":", color=BLUE, label="1 process, gradients of two batches of 4")
         axes.set_ylim(bottom=0)
         axes.set(xlabel="step", ylabel="θ (degrees)", title=title)
         axes.legend()
-        print(f"{title}: last θ {one[1][-1]:.2f} and {two[1][-1]:.2f}")
+        late = [sum(values[-12:]) / 12 for _, values in (one, two, apart)]
+        print(f"{title}: mean θ of the last 12 epochs {', '.join(f'{value:.2f}' for value in late)}")
     save(figure, "processes")
 
 

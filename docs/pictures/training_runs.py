@@ -134,10 +134,12 @@ def main():
     again["ckpt_path"] = str(folder / "killed" / "last.ckpt")
     run(folder, "resumed", again)
 
-    for processes in (1, 2):
-        name = f"processes_{processes}"
-        shared = clean_meshes(data, folder, ["cad", "gem", "blob", "spot"], num_patches=16, batch_size=8 // processes)
-        words = ["--trainer.devices=2", "--trainer.strategy=ddp"] if processes == 2 else []
+    for name, batch_size, words in (
+        ("processes_1", 8, []),
+        ("processes_2", 4, ["--trainer.devices=2", "--trainer.strategy=ddp"]),
+        ("accumulated", 4, ["--trainer.accumulate_grad_batches=2"]),
+    ):
+        shared = clean_meshes(data, folder, ["cad", "gem", "blob", "spot"], num_patches=16, batch_size=batch_size)
         run(folder, name, config(folder, name, shared, 120), *words)
 
     for row, (net, loss) in ABLATIONS.items():
