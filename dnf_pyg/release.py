@@ -95,8 +95,9 @@ def write_release(
     recipe: str,
     benchmark: Mapping[str, Any] | None = None,
 ) -> Release:
-    """Write weights as safetensors with ``config.json``, model card (``README.md``), ``metrics.json`` and
-    ``training.json`` (the noise levels that it was trained on, where the network knows them).
+    """Write weights as safetensors with ``config.json`` and a model card (``README.md``).
+
+    Beside them ``metrics.json`` and ``training.json``, the noise levels of the training where the network knows them.
 
     Args:
         folder: Where to write; its name is that of the weights. Files of an earlier release are replaced.
