@@ -13,8 +13,7 @@ from dnf_pyg.data.seeds import cover
 from dnf_pyg.errors import WeightsError
 from dnf_pyg.mesh.geodesic import Growth
 from dnf_pyg.mesh.geometry import filled_face_normals, mean_edge_length
-from dnf_pyg.nn import DNFNet
-from dnf_pyg.nn.subsample import spread_neighbors
+from dnf_pyg.nn import DNFNet, spread_neighbors
 
 __all__ = ["FilteredNormals", "Progress", "filter_normals"]
 

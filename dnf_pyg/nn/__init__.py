@@ -7,7 +7,7 @@ from dnf_pyg.nn.embedding import MultiScaleEmbedding
 from dnf_pyg.nn.grouping import FeatureGroupingConv, NormalGroupingConv
 from dnf_pyg.nn.neighbors import feature_neighbors
 from dnf_pyg.nn.residual import ResidualUnit
-from dnf_pyg.nn.subsample import subsample_neighbors
+from dnf_pyg.nn.subsample import spread_neighbors, subsample_neighbors
 
 __all__ = [
     "ChannelAttention",
@@ -18,5 +18,6 @@ __all__ = [
     "NormalGroupingConv",
     "ResidualUnit",
     "feature_neighbors",
+    "spread_neighbors",
     "subsample_neighbors",
 ]

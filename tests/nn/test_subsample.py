@@ -1,8 +1,7 @@
 import pytest
 import torch
 
-from dnf_pyg.nn import subsample_neighbors
-from dnf_pyg.nn.subsample import spread_neighbors
+from dnf_pyg.nn import spread_neighbors, subsample_neighbors
 
 
 def rows(edge_index, num_nodes):
