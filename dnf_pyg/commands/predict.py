@@ -1,6 +1,7 @@
 """Denoise many meshes with Lightning, on several processes or machines; start it again to go on where it stopped."""
 
 import argparse
+import inspect
 import json
 import logging
 import sys
@@ -27,6 +28,9 @@ Two processes: --trainer.devices 2. Two machines that see the same folders: --tr
 under `torchrun`. Outputs appear whole or not at all, and those that are there are left out, so that an interrupted
 run goes on when it is started again.
 """
+
+
+_WHERE = {"accelerator", "strategy", "devices", "num_nodes", "plugins", "profiler", "enable_progress_bar"}
 
 
 class _Tell(Callback):
@@ -61,9 +65,15 @@ def run(words: Sequence[str]) -> None:
     files = MeshFilesDataModule([str(path) for path in options.input], str(options.output), options.overwrite)
     logging.getLogger("lightning.pytorch.utilities.rank_zero").addFilter(_is_needed)
     warnings.filterwarnings("ignore", message=".*LeafSpec")
-    settings = dict(options.trainer) | {"callbacks": [_Tell(options.json)], "use_distributed_sampler": False}
     try:
-        trainer = Trainer(**settings)
+        trainer = Trainer(
+            **dict(options.trainer),
+            callbacks=[_Tell(options.json)],
+            use_distributed_sampler=False,  # the data module shares by size
+            logger=False,
+            enable_checkpointing=False,
+            enable_model_summary=False,
+        )
     except (ValueError, RuntimeError) as error:  # Lightning's MisconfigurationException is neither typed nor exported
         raise DataError(f"Expected a trainer of this machine (got '{error}'): change --trainer") from error
     trainer.predict(module, files, return_predictions=False)
@@ -87,14 +97,9 @@ def _parser() -> LightningArgumentParser:
     add("-o", "--output", type=Path, required=True, metavar="OUT", help="folder for the results")
     add("--overwrite", action="store_true", help="do again what is there (else it is left out)")
     add("--json", action="store_true", help="print one JSON object per mesh")
+    add("-c", "--config", action="config", help="YAML file with any of these options")
     add_settings(parser)
-    parser.add_lightning_class_args(Trainer, "trainer")
-    parser.set_defaults(
-        {
-            "trainer.logger": False,
-            "trainer.enable_checkpointing": False,
-            "trainer.enable_model_summary": False,
-            "trainer.enable_progress_bar": sys.stderr.isatty(),
-        }
-    )
+    others = set(inspect.signature(Trainer).parameters) - _WHERE
+    parser.add_class_arguments(Trainer, "trainer", instantiate=False, skip=others)
+    parser.set_defaults({"trainer.enable_progress_bar": sys.stderr.isatty()})
     return parser

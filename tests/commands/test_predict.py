@@ -90,6 +90,15 @@ def test_fault_of_the_program_stops_one_file_only(folders, capsys, monkeypatch):
     assert [path.name for path in sorted((folders / "out").iterdir())] == ["mesh1.ply", "mesh3.ply"]
 
 
+def test_options_from_a_file(folders, capsys):
+    (folders / "many.yaml").write_text("patch_size: 100\nfast: true\ntrainer:\n  accelerator: cpu\n  devices: 1\n")
+    inside = [folders / "in", "-o", folders / "out", "--weights", folders / "weights", "-c", folders / "many.yaml"]
+    assert main(["predict", *map(str, inside), "--json"]) == 0
+    fast = json.loads(capsys.readouterr().out.splitlines()[0])
+    assert main(words(folders, "--overwrite", "--json")) == 0
+    assert fast["mean_coverage"] < json.loads(capsys.readouterr().out.splitlines()[0])["mean_coverage"]
+
+
 def test_shares_are_equal_and_complete():
     sizes = [7, 1, 1, 1, 1, 1, 1, 1]
     shares = equal_shares(sizes, 2)
