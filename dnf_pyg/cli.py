@@ -1,8 +1,11 @@
 """The command ``dnf-pyg``: training and prediction through Lightning, and the mesh commands."""
 
 import argparse
+import os
 import sys
 from collections.abc import Sequence
+from pathlib import Path
+from typing import NoReturn
 
 import dnf_pyg
 from dnf_pyg.commands import COMMANDS, LIGHTNING
@@ -25,23 +28,36 @@ def main(args: Sequence[str] | None = None) -> int:
         2
     """
     words = list(sys.argv[1:] if args is None else args)
+    if sys.stdout is None:  # closed by the caller
+        sys.stdout = Path(os.devnull).open("w")
     try:
         if words and words[0] in LIGHTNING:
             LIGHTNING[words[0]][0].run(words)
         else:
             options = _parser().parse_args(words or ["--help"])
             options.run(options)
+        sys.stdout.flush()  # a reader that has gone is noticed here, not at exit
     except DNFError as error:
         sys.stderr.write(f"dnf-pyg: {' '.join(str(error).split())}\n")
         return 2
     except KeyboardInterrupt:
         sys.stderr.write("dnf-pyg: interrupted\n")
         return 130
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # what is left to write goes nowhere
+        return 141
     return 0
 
 
+class _Parser(argparse.ArgumentParser):
+    """Parser that tells a wrong word in one line, as all other bad input is told."""
+
+    def error(self, message: str) -> NoReturn:
+        raise DNFError(f"{message}: see `{self.prog} --help`")
+
+
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+    parser = _Parser(
         prog="dnf-pyg",
         description=dnf_pyg.__doc__,
         epilog="`dnf-pyg COMMAND --help` tells more.",

@@ -135,6 +135,15 @@ def prepared(case, place, weights, monkeypatch):
         words["-o"] = "locked/out.ply"
     elif case == "output of an unknown format":
         words["-o"] = "out.docx"
+    elif case == "results in the folder of the inputs":
+        trimesh.creation.box().export(place / "box.ply")
+        words |= {"input": ["noisy.ply", "box.ply"], "-o": "."}
+    elif case == "picture of another format":
+        words["more"] = ["--picture", "out.jpg"]
+    elif case == "option out of range":
+        words["more"] = ["--strength", "-1"]
+    elif case == "option that does not exist":
+        words["more"] = ["--strenght", "1"]
     elif case == "disk full":
 
         def replace(*_):
@@ -143,17 +152,26 @@ def prepared(case, place, weights, monkeypatch):
         monkeypatch.setattr(os, "replace", replace)
     elif case == "mask that is not there":
         words["more"] = ["--mask", "nowhere"]
+    elif case == "mask that is no numbers":
+        (place / "mask.txt").write_text("all of it")
+        words["more"] = ["--mask", "mask.txt"]
     elif case == "mask of another length":
         np.savetxt(place / "mask.txt", np.ones(5), fmt="%d")
         words["more"] = ["--mask", "mask.txt"]
     elif case == "reference with other faces":
         trimesh.creation.icosphere(subdivisions=0).export(place / "clean.ply")
         words["more"] = ["--reference", "clean.ply"]
+    elif case == "reference without area":
+        mesh = trimesh.load(place / "noisy.ply", process=False)
+        trimesh.Trimesh(0 * mesh.vertices, mesh.faces, process=False).export(place / "clean.ply")
+        words["more"] = ["--reference", "clean.ply"]
     elif case == "device that this machine lacks":
         words["more"] = ["--device", "cuda:99"]
     elif case == "page or picture of several inputs":
         trimesh.creation.box().export(place / "box.ply")
         words |= {"input": ["noisy.ply", "box.ply"], "-o": ".", "more": ["--report", "page.html"]}
+    elif case == "no output named":
+        pass
     elif case == "weights of no known name":
         words["more"] = ["--weights", "nonesuch"]
     elif case == "folder without weights":
@@ -177,7 +195,8 @@ def prepared(case, place, weights, monkeypatch):
         raise AssertionError(f"no test for the case '{case}'")
     if "--weights" not in words["more"]:
         words["more"] += ["--weights", str(weights)]
-    return [*words["input"], "-o", words["-o"], *words["more"]]
+    output = [] if case == "no output named" else ["-o", words["-o"]]
+    return [*words["input"], *output, *words["more"]]
 
 
 @pytest.mark.parametrize("case", rows())

@@ -1,4 +1,7 @@
 import json
+import subprocess
+import sys
+from pathlib import Path
 
 import pytest
 import torch
@@ -134,14 +137,30 @@ def test_configs_are_listed_and_copied(capsys, tmp_path):
     ("words", "told"),
     [
         (["add-noise", "a.ply", "-o", "b.ply", "--level", "-1"], "--level: Expected a number of at least 0 (got -1)"),
-        (["make-shape", "blob", "-o", "b.ply", "--faces", "0"], "--faces: Expected a number of at least 1 (got 0)"),
+        (
+            ["make-shape", "blob", "-o", "b.ply", "--faces", "0"],
+            "--faces: Expected a whole number of at least 1 (got 0)",
+        ),
+        (["denoise", "a.ply", "-o", "b.ply", "--seed", "-1"], "--seed: Expected a whole number from 0 to"),
+        (["denoise", "a.ply", "-o", "b.ply", "--iterations", "2.5"], "a whole number of at least 1 (got 2.5)"),
+        (["denoise", "a.ply", "-o", "b.ply", "--patch-size", "99999"], "from 1 to 32767 (got 99999)"),
+        (["denoise", "a.ply", "-o", "b.ply", "--strength", "half"], "Expected a number from 0 to 1 (got half)"),
+        (["denoise", "", "-o", "b.ply"], "Expected a path (got an empty word)"),
+        (["denoize"], "invalid choice: 'denoize' (choose from 'denoise'"),
     ],
 )
-def test_number_out_of_range_is_refused(words, told, capsys):
-    with pytest.raises(SystemExit) as stop:
-        main(words)
-    assert stop.value.code == 2
-    assert told in capsys.readouterr().err
+def test_wrong_words_are_refused_in_one_line(words, told, capsys):
+    assert told in failure(capsys, *words)
+
+
+def test_reader_that_has_gone_is_no_fault(noisy_file, weights, tmp_path):
+    script = Path(sys.executable).with_name("dnf-pyg")
+    words = [script, "compare", noisy_file, noisy_file]
+    gone, closed = (
+        subprocess.run(["/bin/sh", "-c", f'"$0" "$@" {how}', *map(str, words)], stderr=subprocess.PIPE, text=True)
+        for how in ("| true", ">&-")
+    )
+    assert (gone.stderr, closed.stderr, closed.returncode) == ("", "", 0)
 
 
 def test_validation_beyond_the_end_of_an_epoch_is_refused(tmp_path, monkeypatch, capsys):

@@ -10,6 +10,7 @@ from torch import Tensor
 from dnf_pyg.errors import MeshError
 from dnf_pyg.mesh.geometry import face_normals
 from dnf_pyg.mesh.io import MeshFile, read_mesh
+from dnf_pyg.mesh.validate import validate_mesh
 from dnf_pyg.metrics import VertexError, angular_difference
 
 __all__ = ["add_arguments", "measure", "read_reference", "run"]
@@ -25,6 +26,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> None:
     """Print the measures."""
     mesh = read_mesh(options.mesh)
+    validate_mesh(mesh.pos, mesh.face)
     reference = read_reference(options.reference, mesh)
     values = measure(mesh.pos, mesh.face, reference)
     if options.json:
@@ -42,14 +44,17 @@ def read_reference(path: Path, mesh: MeshFile) -> MeshFile:
     """Read a clean mesh whose faces correspond to those of another.
 
     Raises:
-        MeshError: If its number of faces differs.
+        MeshError: If its number of faces differs, it has coordinates that are not finite, or only faces without area.
     """
     reference = read_mesh(path)
+    validate_mesh(reference.pos, reference.face)
     if reference.face.shape != mesh.face.shape:
         raise MeshError(
             f"Expected a reference with the same faces (got {reference.face.size(1)} faces in {path}, "
             f"{mesh.face.size(1)} in {mesh.path}): it must be the clean version of the same mesh"
         )
+    if not face_normals(reference.pos, reference.face).any():
+        raise MeshError(f"Expected a reference with an area (got '{path}', whose faces have none): export it again")
     return reference
 
 

@@ -18,7 +18,7 @@ from dnf_pyg.denoise import denoise
 from dnf_pyg.errors import DNFError, MeshFileError
 from dnf_pyg.mesh.atomic import check_writable
 from dnf_pyg.mesh.geodesic import DijkstraGrowth
-from dnf_pyg.mesh.io import SUFFIXES, check_suffix, find_meshes, read_mesh, write_mesh
+from dnf_pyg.mesh.io import SUFFIXES, find_meshes, read_mesh, write_mesh
 from dnf_pyg.mesh.selection import read_selection
 from dnf_pyg.nn import DNFNet
 from dnf_pyg.pretrained import load_network
@@ -27,21 +27,25 @@ from dnf_pyg.report import draw_meshes, write_report
 __all__ = ["add_arguments", "run"]
 
 
+_ENDINGS = {"--picture": (".png",), "--report": (".html", ".htm")}
+
+
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
     add = parser.add_argument
-    add("input", type=Path, nargs="+", metavar="IN", help=f"noisy meshes ({', '.join(SUFFIXES)}), or folders of them")
-    add("-o", "--output", type=Path, required=True, metavar="OUT", help="mesh to write; a folder for several inputs")
-    add("--overwrite", action="store_true", help="replace an existing output (else an error; skipped in a folder)")
-    add_settings(parser)
-    add("--mask", metavar="FILE_OR_PROPERTY", help="what may move: a number per vertex or triangle, 0 stays")
-    add("--device", default="cpu", help="cpu, cuda, cuda:1, mps (%(default)s)")
-    add("--threads", type=count, metavar="N", help="threads of the network (as many as cores)")
-    shown = parser.add_argument_group("what is shown")
-    add = shown.add_argument
-    add("--reference", type=Path, metavar="CLEAN", help="clean mesh: theta before and after")
-    add("--picture", type=Path, metavar="PNG", help="noisy and denoised mesh side by side, with error maps")
-    add("--report", type=Path, metavar="HTML", help="page with both meshes in 3D, histograms and figures")
+    add("input", type=_path, nargs="+", metavar="IN", help=f"noisy meshes ({', '.join(SUFFIXES)}), or folders of them")
+    add("-o", "--output", type=_path, required=True, metavar="OUT",
+        help="mesh to write, in the format of its ending; an existing folder for several inputs")  # fmt: skip
+    add("--overwrite", action="store_true", help="replace outputs that exist (else an error; several inputs: left out)")
+    result, running = add_settings(parser)
+    result.add_argument("--mask", metavar="FILE_OR_PROPERTY", help="what may move: a .txt or .npy file with a number "
+                        "per vertex or triangle, 0 stays; or the name of such a property of a ply mesh")  # fmt: skip
+    running.add_argument("--device", default="cpu", help="cpu, cuda, cuda:1, mps (%(default)s)")
+    running.add_argument("--threads", type=count, metavar="N", help="threads of the network (as many as cores)")
+    add = parser.add_argument_group("what is shown").add_argument
+    add("--reference", type=_path, metavar="CLEAN", help="clean mesh with the same faces: theta before and after")
+    add("--picture", type=_path, metavar="PNG", help="both meshes side by side; with a reference, error maps")
+    add("--report", type=_path, metavar="HTML", help="page with both meshes in 3D, histograms and figures")
     add("--json", action="store_true", help="print one JSON object per mesh")
 
 
@@ -52,40 +56,42 @@ def run(options: argparse.Namespace) -> None:
         DNFError: If an input failed; the outputs of the others are written.
     """
     inputs = find_meshes(options.input)
-    to_folder = len(inputs) > 1 or any(path.is_dir() for path in options.input)
-    if to_folder and (options.reference or options.picture or options.report or options.mask):
-        raise MeshFileError("Expected one input with --reference, --picture, --report and --mask (got several)")
-    if options.threads is not None:
-        torch.set_num_threads(options.threads)
+    several = len(inputs) > 1 or any(path.is_dir() for path in options.input)
+    if several and (options.reference or options.picture or options.report):
+        raise MeshFileError("Expected one input with --reference, --picture and --report (got several)")
+    to_folder = several or options.output.is_dir()
+    outputs = {path: options.output / path.name if to_folder else options.output for path in inputs}
     if to_folder:
         check_writable(options.output / "result")
+    same = [path for path, output in outputs.items() if several and path.resolve() == output.resolve()]
+    if same and not options.overwrite:
+        raise MeshFileError(
+            f"Expected a folder for the results other than that of '{same[0]}' (got '{options.output}'): choose "
+            "another, or add --overwrite to replace the inputs"
+        )
+    if options.threads is not None:
+        torch.set_num_threads(options.threads)
     net = load_network(options.weights)
     _check_device(options.device)
     failed = []
-    for path in inputs:
-        output = options.output / path.name if to_folder else options.output
+    for path, output in outputs.items():
+        if several and output.exists() and not options.overwrite:
+            sys.stderr.write(f"{output}: already there, skipped\n")
+            continue
         try:
-            if to_folder and output.exists() and not options.overwrite:
-                sys.stderr.write(f"{output}: already there, skipped\n")
-                continue
-            _run_one(path, output, net, options)
-        except DNFError as error:
-            if not to_folder:
+            _run_one(path, output, net, options, f"{path}: " if several else "")
+        except Exception as error:  # bad input, or a fault of ours or too little memory at one of thousands of files
+            if not several:
                 raise
-            failed.append(f"{path}: {error}")
+            sys.stderr.write(f"{path}: failed\n")
+            failed.append(f"{path}: {error if isinstance(error, DNFError) else repr(error)}")
     if failed:
         raise DNFError(f"{len(failed)} of {len(inputs)} meshes failed: " + "; ".join(failed))
 
 
-def _run_one(path: Path, output: Path, net: DNFNet, options: argparse.Namespace) -> None:
+def _run_one(path: Path, output: Path, net: DNFNet, options: argparse.Namespace, name: str) -> None:
     start = time.perf_counter()
-    check_suffix(output)
-    for target in (output, options.picture, options.report):
-        if target is None:
-            continue
-        check_writable(target)
-        if target.exists() and not options.overwrite:
-            raise MeshFileError(f"Expected a new output file (got '{target}', which exists): add --overwrite")
+    _check_outputs(output, options)
     mesh = read_mesh(path)
     reference = None if options.reference is None else read_reference(options.reference, mesh)
     settings = denoise_settings(options)
@@ -106,8 +112,9 @@ def _run_one(path: Path, output: Path, net: DNFNet, options: argparse.Namespace)
     outcome = Outcome(mesh, result, output, time.perf_counter() - start, reference)
     values = outcome.values()
     sys.stdout.write(json.dumps(values) + "\n" if options.json else outcome_text(values))
+    sys.stdout.flush()
     for warning in result.warnings:
-        sys.stderr.write(f"warning: {warning}\n")
+        sys.stderr.write(f"warning: {name}{warning}\n")
     if options.picture is not None:
         meshes = {} if reference is None else {"clean": (reference.pos, mesh.face)}
         meshes |= {"noisy": (mesh.pos, mesh.face), "denoised": (result.pos, mesh.face)}
@@ -126,6 +133,23 @@ def _run_one(path: Path, output: Path, net: DNFNet, options: argparse.Namespace)
         )
 
 
+def _check_outputs(output: Path, options: argparse.Namespace) -> None:
+    """Raise before the long work if something could not be written, or would replace what is needed."""
+    if output.suffix.lower() not in SUFFIXES:
+        raise MeshFileError(
+            f"Expected an output ending in {', '.join(SUFFIXES)} (got '{output}'): name a mesh, or an existing folder"
+        )
+    targets = {"-o": output, "--picture": options.picture, "--report": options.report}
+    for option, target in targets.items():
+        if target is None:
+            continue
+        if target.suffix.lower() not in _ENDINGS.get(option, SUFFIXES):
+            raise MeshFileError(f"Expected a file ending in {_ENDINGS[option][0]} for {option} (got '{target}')")
+        check_writable(target)
+        if target.exists() and not options.overwrite:
+            raise MeshFileError(f"Expected a new output file (got '{target}', which exists): add --overwrite")
+
+
 def _shown(options: argparse.Namespace) -> dict[str, str]:
     """All settings, given or not, for the page."""
     defaults = {name: parameter.default for name, parameter in inspect.signature(denoise).parameters.items()}
@@ -141,7 +165,14 @@ def _shown(options: argparse.Namespace) -> dict[str, str]:
 
 def _check_device(name: str) -> None:
     try:
-        torch.zeros(1, device=name)
+        torch.zeros(1, device=name).cpu()
     except (RuntimeError, AssertionError) as error:
         reason = str(error).splitlines()[0]
         raise DNFError(f"Expected a device of this machine (got '{name}': {reason}): use cpu") from error
+
+
+def _path(text: str) -> Path:
+    """Path that is not empty, as an unset variable of a shell would be."""
+    if not text:
+        raise argparse.ArgumentTypeError("Expected a path (got an empty word)")
+    return Path(text)

@@ -34,7 +34,7 @@ class Outcome:
     def values(self) -> dict[str, Any]:
         """Figures as plain numbers."""
         mesh, result = self.mesh, self.result
-        moved = (result.pos - mesh.pos).norm(dim=1) / mean_edge_length(mesh.pos, mesh.face)
+        moved = (result.pos - mesh.pos).norm(dim=1) / mean_edge_length(mesh.pos, mesh.face).clamp(min=1e-300)
         values: dict[str, Any] = {
             "input": str(mesh.path),
             "output": str(self.output),

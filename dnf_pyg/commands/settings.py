@@ -2,7 +2,8 @@
 
 import argparse
 import inspect
-from typing import Any
+from collections.abc import Callable
+from typing import Any, TypeVar
 
 import torch
 
@@ -12,13 +13,19 @@ from dnf_pyg.pretrained import DEFAULT_WEIGHTS, packaged_weights
 
 __all__ = ["add_settings", "count", "denoise_settings", "not_negative"]
 
+Number = TypeVar("Number", int, float)
+
 _PRECISIONS = {"fp32": torch.float32, "bf16": torch.bfloat16}
 _GROWTHS: dict[str, type[Growth]] = {"dijkstra": DijkstraGrowth, "heat": HeatGrowth}
 _DEFAULTS = {name: parameter.default for name, parameter in inspect.signature(denoise).parameters.items()}
 
 
-def add_settings(parser: argparse.ArgumentParser) -> None:
-    """Declare the options; those not given are left to :func:`~dnf_pyg.denoise`."""
+def add_settings(parser: argparse.ArgumentParser) -> tuple[argparse._ArgumentGroup, argparse._ArgumentGroup]:
+    """Declare the options; those not given are left to :func:`~dnf_pyg.denoise`.
+
+    Returns:
+        Groups that a command may add to: what decides the result, and how it runs.
+    """
     known = ", ".join(packaged_weights()) or "none in this build"
     parser.add_argument(
         "--weights",
@@ -26,27 +33,31 @@ def add_settings(parser: argparse.ArgumentParser) -> None:
         metavar="CHECKPOINT_OR_NAME",
         help=f"checkpoint of `dnf-pyg fit`, folder, or packaged name ({known}); default %(default)s",
     )
-    group = parser.add_argument_group("result")
+    result, running = parser.add_argument_group("result"), parser.add_argument_group("running")
 
-    def add(flag: str, name: str, told: str, **options: Any) -> None:
+    def add(group: argparse._ArgumentGroup, flag: str, name: str, told: str, **options: Any) -> None:
         default = _DEFAULTS[name]
         shown = f" ({default})" if isinstance(default, int | float) and abs(default) < 1e9 else ""
         group.add_argument(flag, dest=name, default=None, help=told + shown, **options)
 
-    add("--strength", "strength", "0 leaves the mesh as it is, 1 is full", type=_share)
-    add("--max-move", "max_move", "limit, in mean edge lengths (none)", type=not_negative, metavar="L")
-    add("--iterations", "num_iterations", "most iterations of the vertex update", type=count, metavar="N")
-    add("--repeat", "repeat", "times that the network filters its own result", type=count, metavar="N")
-    group.add_argument("--preserve-boundary", action="store_true", help="leave open boundaries in place")
-    add("--seed", "seed", "seed of the choice of patches", type=int)
-    group = parser.add_argument_group("running")
+    add(result, "--strength", "strength", "0 leaves the mesh as it is, 1 is full", type=_share, metavar="S")
+    add(result, "--max-move", "max_move", "largest move of a vertex, in mean edge lengths (no limit)",
+        type=not_negative, metavar="L")  # fmt: skip
+    add(result, "--iterations", "num_iterations", "most iterations of the vertex update; it ends by itself when "
+        "nothing moves any more", type=count, metavar="N")  # fmt: skip
+    add(result, "--repeat", "repeat", "times that the network filters, each time its own result; 2 suits strong noise",
+        type=count, metavar="N")  # fmt: skip
+    result.add_argument("--preserve-boundary", action="store_true", help="leave open boundaries in place")
+    add(result, "--seed", "seed", "another choice of patches; the same seed gives the same result",
+        type=_seed, metavar="N")  # fmt: skip
     fast = ", ".join(f"{name} {value}" for name, value in FAST.items())
-    group.add_argument("--fast", action="store_true", help=f"sooner, a little worse: {fast}")
-    add("--patch-size", "patch_size", "faces per patch", type=count, metavar="N")
-    add("--coverage", "min_coverage", "patches that every face lies in, at least", type=count, metavar="M")
-    add("--batch-size", "batch_size", "patches per call of the network", type=count, metavar="N")
-    group.add_argument("--growth", choices=_GROWTHS, help="geodesic distance that patches follow (dijkstra)")
-    group.add_argument("--precision", choices=sorted(_PRECISIONS), help="of the network (fp32)")
+    running.add_argument("--fast", action="store_true", help=f"less than half of the time, a little worse: {fast}")
+    add(running, "--patch-size", "patch_size", "faces per patch", type=_patch_size, metavar="N")
+    add(running, "--coverage", "min_coverage", "patches that every face lies in, at least", type=count, metavar="M")
+    add(running, "--batch-size", "batch_size", "patches per call of the network", type=count, metavar="N")
+    running.add_argument("--growth", choices=_GROWTHS, help="geodesic distance that patches follow (dijkstra)")
+    running.add_argument("--precision", choices=sorted(_PRECISIONS), help="bf16: faster on hardware made for it (fp32)")
+    return result, running
 
 
 def denoise_settings(options: argparse.Namespace) -> dict[str, Any]:
@@ -70,10 +81,7 @@ def count(text: str) -> int:
         >>> count("3")
         3
     """
-    value = int(text)
-    if value < 1:
-        raise argparse.ArgumentTypeError(f"Expected a number of at least 1 (got {text})")
-    return value
+    return _within(text, int, 1)
 
 
 def not_negative(text: str) -> float:
@@ -83,14 +91,28 @@ def not_negative(text: str) -> float:
         >>> not_negative("0.2")
         0.2
     """
-    value = float(text)
-    if not value >= 0:
-        raise argparse.ArgumentTypeError(f"Expected a number of at least 0 (got {text})")
-    return value
+    return _within(text, float, 0)
 
 
 def _share(text: str) -> float:
-    value = float(text)
-    if not 0 <= value <= 1:
-        raise argparse.ArgumentTypeError(f"Expected a number from 0 to 1 (got {text})")
-    return value
+    return _within(text, float, 0, 1)
+
+
+def _seed(text: str) -> int:
+    return _within(text, int, 0, 2**63 - 1)
+
+
+def _patch_size(text: str) -> int:
+    return _within(text, int, 1, torch.iinfo(torch.int16).max)  # what numbers the faces of a patch
+
+
+def _within(text: str, kind: Callable[[str], Number], lowest: int, highest: int | None = None) -> Number:
+    """Number from a word, or the reason why it is none."""
+    try:
+        value = kind(str(text))
+    except ValueError:
+        value = kind("-1")  # below what any of these options allows
+    if lowest <= value and (highest is None or value <= highest):
+        return value
+    limits = f"of at least {lowest}" if highest is None else f"from {lowest} to {highest}"
+    raise argparse.ArgumentTypeError(f"Expected a {'whole ' if kind is int else ''}number {limits} (got {text})")

@@ -26,7 +26,7 @@ def check_writable(path: Path) -> None:
         dnf_pyg.errors.MeshFileError: Expected a writable folder ... (got: No such file or directory): create it ...
     """
     try:
-        with tempfile.NamedTemporaryFile(dir=path.parent, prefix=f".{path.name}."):
+        with tempfile.NamedTemporaryFile(dir=path.parent, prefix=_draft_prefix(path)):
             pass
     except OSError as error:
         raise _no_folder(path, error) from error
@@ -63,12 +63,12 @@ def write_files(files: Mapping[Path, bytes]) -> None:
     try:
         for path, data in files.items():
             try:
-                descriptor, drafts[path] = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+                descriptor, drafts[path] = tempfile.mkstemp(dir=path.parent, prefix=_draft_prefix(path))
             except OSError as error:
                 raise _no_folder(path, error) from error
             with os.fdopen(descriptor, "wb") as file:
                 file.write(data)
-            Path(drafts[path]).chmod(0o666 & ~_umask())
+            Path(drafts[path]).chmod(_permissions(path))
         for path in files:
             os.replace(drafts[path], path)
     except MeshFileError:
@@ -87,8 +87,15 @@ def _no_folder(path: Path, error: OSError) -> MeshFileError:
     return MeshFileError(f"{reason}: create it or choose another")
 
 
-def _umask() -> int:
-    """Permissions that new files of this process lack (mkstemp makes private ones)."""
+def _draft_prefix(path: Path) -> str:
+    """Beginning of the name of a draft, hidden, and short enough beside the longest name that a folder can hold."""
+    return f".{path.name[:20]}."
+
+
+def _permissions(path: Path) -> int:
+    """Those of the file that is replaced, or of new files of this process (mkstemp makes private ones)."""
+    if path.exists():
+        return path.stat().st_mode & 0o777
     mask = os.umask(0)
     os.umask(mask)
-    return mask
+    return 0o666 & ~mask

@@ -134,7 +134,7 @@ def write_mesh(mesh: MeshFile | trimesh.Trimesh, pos: Tensor, path: str | Path) 
 
 
 def find_meshes(paths: Iterable[Path]) -> list[Path]:
-    """List mesh files, folders replaced by the meshes in them, by name.
+    """List mesh files, folders replaced by the meshes in them, by name; hidden files are passed over.
 
     Args:
         paths: Files and folders.
@@ -155,7 +155,8 @@ def find_meshes(paths: Iterable[Path]) -> list[Path]:
             if not path.is_dir():
                 found.append(path)
                 continue
-            inside = [file for file in sorted(path.iterdir()) if file.suffix.lower() in SUFFIXES]
+            shown = [file for file in sorted(path.iterdir()) if not file.name.startswith(".")]
+            inside = [file for file in shown if file.suffix.lower() in SUFFIXES and not file.is_dir()]
         except PermissionError as error:
             raise MeshFileError(
                 f"Expected a readable folder (got '{path}': {error.strerror}): check permissions"

@@ -13,21 +13,23 @@ from dnf_pyg.mesh.io import MeshFile
 
 __all__ = ["read_selection"]
 
+_WORDS = {"true": "1", "false": "0"}
+
 
 def read_selection(source: str | Path, mesh: MeshFile) -> Tensor:
     r"""Read which vertices are selected.
 
     Args:
-        source: A text file (numbers apart by blanks or lines) or ``.npy`` file with one number per vertex or per
-            triangle, selected where it is not 0; or the name of a vertex or face property of a ply mesh. If there are
-            as many triangles as vertices, the numbers are those of vertices.
+        source: A text file (numbers, ``true`` or ``false``, apart by blanks, commas or lines) or ``.npy`` file with one
+            number per vertex or per triangle, selected where it is not 0; or the name of a vertex or face property of a
+            ply mesh. If there are as many triangles as vertices, the numbers are those of vertices.
         mesh: The mesh.
 
     Returns:
         Selected vertices, (V,) bool; those of selected faces.
 
     Raises:
-        MeshFileError: If there is no such file or property, or it has another number of values.
+        MeshFileError: If there is no such file or property, it holds something else, or another number of values.
 
     Examples:
         >>> from dnf_pyg.mesh.formats import ObjDocument
@@ -37,7 +39,10 @@ def read_selection(source: str | Path, mesh: MeshFile) -> Tensor:
         Traceback (most recent call last):
         dnf_pyg.errors.MeshFileError: Expected a mask (got 'absent.txt', which is no file and no property ...
     """
-    selected = _values(source, mesh) != 0
+    values = _values(source, mesh)
+    if np.isnan(values).any():
+        raise MeshFileError(f"Expected a mask of numbers (got NaN in '{source}'): write 0 where the mesh has to stay")
+    selected = values != 0
     num_vertices, num_faces = len(mesh.pos), mesh.face.size(1)
     if len(selected) == num_vertices:
         return torch.from_numpy(selected)
@@ -57,7 +62,8 @@ def _values(source: str | Path, mesh: MeshFile) -> NDArray[np.float64]:
         if path.is_file():
             if path.suffix.lower() == ".npy":
                 return np.load(path, allow_pickle=False).astype(np.float64).ravel()
-            return np.array(path.read_text(encoding="utf-8").split(), dtype=np.float64)
+            words = path.read_text(encoding="utf-8").replace(",", " ").lower().split()
+            return np.array([_WORDS.get(word, word) for word in words], dtype=np.float64)
         if isinstance(mesh.document, PlyDocument):
             return mesh.document.property(str(source))
     except KeyError:

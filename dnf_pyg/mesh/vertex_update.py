@@ -78,9 +78,10 @@ def update_vertices(
     corner = np.ascontiguousarray(face.cpu().t().numpy())
     wanted = np.ascontiguousarray(normal.detach().cpu().double().numpy())
     unit = float(mean_edge_length(pos, face))
+    limit = max_move * unit if unit > 0 else max_move  # infinity times 0 is no number
     current = start.copy()
     for _ in range(num_iterations):
-        updated = _stepped(current, start, corner, wanted, ptr.numpy(), face_id.numpy(), stays, anchor, max_move * unit)
+        updated = _stepped(current, start, corner, wanted, ptr.numpy(), face_id.numpy(), stays, anchor, limit)
         if guard:
             _take_back_flips(updated, current, corner, wanted)
         largest_step = np.abs(updated - current).max()

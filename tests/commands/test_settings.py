@@ -29,5 +29,5 @@ def test_what_is_given_goes_before_fast():
 
 @pytest.mark.parametrize("words", [("--strength", "2"), ("--repeat", "0"), ("--max-move", "-1"), ("--max-move", "nan")])
 def test_wrong_values(words):
-    with pytest.raises(argparse.ArgumentError, match="Expected a number"):
+    with pytest.raises(argparse.ArgumentError, match=r"Expected a (whole )?number"):
         settings(*words)

@@ -19,8 +19,10 @@ def box(tmp_path):
 
 def test_values_per_vertex_and_per_face(box, tmp_path):
     (tmp_path / "vertex.txt").write_text("0 1 0 1\n0 1\n0 1\n")
+    (tmp_path / "words.csv").write_text("False,True\n" * 4)
     np.save(tmp_path / "face.npy", np.arange(12) == 3)
     assert read_selection(tmp_path / "vertex.txt", box).tolist() == [False, True] * 4
+    assert read_selection(tmp_path / "words.csv", box).tolist() == [False, True] * 4
     expected = torch.zeros(8, dtype=torch.bool)
     expected[box.face[:, 3]] = True
     assert torch.equal(read_selection(tmp_path / "face.npy", box), expected)
@@ -31,10 +33,12 @@ def test_values_per_vertex_and_per_face(box, tmp_path):
 def test_says_what_is_wrong(box, tmp_path):
     (tmp_path / "short.txt").write_text("1 0 1")
     (tmp_path / "words.txt").write_text("all of it")
+    (tmp_path / "nan.txt").write_text("nan " * 8)
     np.save(tmp_path / "pickle.npy", np.array([{}], dtype=object))
     for source, text in (
         (tmp_path / "short.txt", r"one number per vertex \(8\) or triangle \(12\) \(got 3"),
         (tmp_path / "words.txt", "could not convert"),
+        (tmp_path / "nan.txt", "got NaN"),
         (tmp_path / "pickle.npy", "allow_pickle"),
         ("absent", "no file and no property"),
     ):
