@@ -1,6 +1,6 @@
 """One check of a mesh at the door, so that everything behind it can rely on what it gets.
 
-What becomes of a fault (``tests/data/test_faults.py`` has each of them); faces and vertices are never reordered:
+What becomes of a fault (``tests/data/test_faulty_meshes.py`` has each of them); faces and vertices are never reordered:
 
 =================================  ===================================================================================
 open boundary                      patches end at it
