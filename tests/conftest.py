@@ -30,6 +30,26 @@ def cube_mesh():
     return as_tensors(cube)
 
 
+@pytest.fixture
+def make_test_set(tmp_path):
+    """Writes clean meshes, by name, as a test set ``set/test``, each with noise n1 and n2 that any method can take."""
+
+    def make(shapes):
+        folder = tmp_path / "set" / "test"
+        generator = torch.Generator().manual_seed(0)
+        for part in ("original", "noisy"):
+            (folder / part).mkdir(parents=True)
+        for name, clean in shapes.items():
+            clean.export(folder / "original" / f"{name}.obj", digits=17)
+            for level in (1, 2):
+                noisy = clean.copy()
+                noisy.vertices += 0.02 * level * torch.randn(clean.vertices.shape, generator=generator).numpy()
+                noisy.export(folder / "noisy" / f"{name}_n{level}.obj", digits=17)
+        return folder
+
+    return make
+
+
 @pytest.fixture(scope="session")
 def cnr_root():
     """The CNR benchmark beside the checkout; tests that use it skip where it is absent."""

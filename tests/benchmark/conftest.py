@@ -1,7 +1,6 @@
 """A tiny test set, and methods that count their calls."""
 
 import pytest
-import torch
 import trimesh
 
 from dnf_pyg.benchmark import Result
@@ -9,20 +8,11 @@ from dnf_pyg.mesh.geometry import face_normals
 
 
 @pytest.fixture
-def test_set(tmp_path):
+def test_set(make_test_set):
     """Folder with a ball and a box, each with noise n1 and n2."""
-    folder = tmp_path / "data" / "test"
-    generator = torch.Generator().manual_seed(0)
-    for part in ("original", "noisy"):
-        (folder / part).mkdir(parents=True)
-    shapes = {"ball": trimesh.creation.icosphere(subdivisions=2), "box": trimesh.creation.box().subdivide()}
-    for name, clean in shapes.items():
-        clean.export(folder / "original" / f"{name}.obj", digits=17)
-        for level in (1, 2):
-            noisy = clean.copy()
-            noisy.vertices += 0.02 * level * torch.randn(clean.vertices.shape, generator=generator).numpy()
-            noisy.export(folder / "noisy" / f"{name}_n{level}.obj", digits=17)
-    return folder
+    return make_test_set(
+        {"ball": trimesh.creation.icosphere(subdivisions=2), "box": trimesh.creation.box().subdivide()}
+    )
 
 
 class Scaled:

@@ -2,38 +2,16 @@ import csv
 import json
 
 import pytest
-import torch
 import trimesh
 
 from dnf_pyg.cli import main
-from dnf_pyg.nn import DNFNet
 
 
 @pytest.fixture
-def data(tmp_path):
-    """A ball and a box, each with noise n1 and n2, the noisy ones near enough for any method."""
-    folder = tmp_path / "set" / "test"
-    generator = torch.Generator().manual_seed(0)
-    for part in ("original", "noisy"):
-        (folder / part).mkdir(parents=True)
-    shapes = {
-        "ball": trimesh.creation.icosphere(subdivisions=2),
-        "box": trimesh.creation.box().subdivide().subdivide(),
-    }
-    for name, clean in shapes.items():
-        clean.export(folder / "original" / f"{name}.obj")
-        for level in (1, 2):
-            noisy = clean.copy()
-            noisy.vertices += 0.02 * level * torch.randn(clean.vertices.shape, generator=generator).numpy()
-            noisy.export(folder / "noisy" / f"{name}_n{level}.obj")
-    return folder
-
-
-@pytest.fixture
-def weights(tmp_path):
-    torch.manual_seed(0)
-    DNFNet(k=(3, 5, 8), residual_k=4, channels=(8, 8, 8), embedding_channels=8).save_pretrained(tmp_path / "net")
-    return tmp_path / "net"
+def data(make_test_set):
+    """A ball and a box, each with noise n1 and n2."""
+    box = trimesh.creation.box().subdivide().subdivide()
+    return make_test_set({"ball": trimesh.creation.icosphere(subdivisions=2), "box": box})
 
 
 def run(*words):

@@ -11,28 +11,10 @@ from dnf_pyg.nn import DNFNet
 
 
 @pytest.fixture
-def data(tmp_path):
+def data(make_test_set):
     """Two of the paper's meshes, tiny, each with noise n1 and n2, and another mesh."""
-    folder = tmp_path / "set" / "test"
-    generator = torch.Generator().manual_seed(0)
-    for part in ("original", "noisy"):
-        (folder / part).mkdir(parents=True)
     ball = trimesh.creation.icosphere(subdivisions=2)
-    box = trimesh.creation.box().subdivide().subdivide()
-    for name, clean in {"Cube": box, "sphere": ball, "other": ball}.items():
-        clean.export(folder / "original" / f"{name}.obj")
-        for level in (1, 2):
-            noisy = clean.copy()
-            noisy.vertices += 0.02 * level * torch.randn(clean.vertices.shape, generator=generator).numpy()
-            noisy.export(folder / "noisy" / f"{name}_n{level}.obj")
-    return folder
-
-
-@pytest.fixture
-def weights(tmp_path):
-    torch.manual_seed(0)
-    DNFNet(k=(3, 5, 8), residual_k=4, channels=(8, 8, 8), embedding_channels=8).save_pretrained(tmp_path / "net")
-    return tmp_path / "net"
+    return make_test_set({"Cube": trimesh.creation.box().subdivide().subdivide(), "sphere": ball, "other": ball})
 
 
 def run(*words):
