@@ -1,10 +1,10 @@
 """The command ``dnf-pyg``: training and prediction through Lightning, and the mesh commands."""
 
 import argparse
+import io
 import os
 import sys
 from collections.abc import Sequence
-from pathlib import Path
 from typing import NoReturn
 
 import dnf_pyg
@@ -29,7 +29,7 @@ def main(args: Sequence[str] | None = None) -> int:
     """
     words = list(sys.argv[1:] if args is None else args)
     if sys.stdout is None:  # closed by the caller
-        sys.stdout = Path(os.devnull).open("w")
+        sys.stdout = io.StringIO()
     try:
         if words and words[0] in LIGHTNING:
             LIGHTNING[words[0]][0].run(words)

@@ -1,22 +1,20 @@
 """Mesh files in and out; only positions change, everything else of a file is kept."""
 
-import io
 import struct
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
 
-import numpy as np
 import torch
 import trimesh
 from torch import Tensor
 
 from dnf_pyg.errors import MeshError, MeshFileError
 from dnf_pyg.mesh.atomic import write_files
-from dnf_pyg.mesh.formats import DOCUMENTS, Document, GlbDocument
+from dnf_pyg.mesh.convert import companions, convert, export
+from dnf_pyg.mesh.formats import DOCUMENTS, Document
 
 __all__ = ["SUFFIXES", "MeshFile", "check_suffix", "find_meshes", "read_mesh", "write_mesh"]
 
@@ -100,7 +98,7 @@ def write_mesh(mesh: MeshFile | trimesh.Trimesh, pos: Tensor, path: str | Path) 
 
     In the format of the file that the mesh was read from, everything else stays as it is, to the byte; normals that it
     stores are computed again. Materials and textures beside it are copied where they are missing. Another format keeps
-    what both formats know.
+    the triangles in their order and what both formats know; texture coordinates in an obj file split vertices there.
 
     Args:
         mesh: The mesh whose faces, colours, textures and so on are written.
@@ -125,11 +123,11 @@ def write_mesh(mesh: MeshFile | trimesh.Trimesh, pos: Tensor, path: str | Path) 
     if isinstance(mesh, trimesh.Trimesh):
         moved = mesh.copy()
         moved.vertices = new_pos
-        files = _exported(moved, path)
+        files = export(moved, path)
     elif mesh.path.suffix.lower() == suffix:
-        files = {**_companions(mesh, path.parent), path: mesh.document.with_positions(new_pos)}
+        files = {**_companions(mesh, path), path: mesh.document.with_positions(new_pos)}
     else:
-        files = _exported(_as_trimesh(mesh, new_pos), path)
+        files = {**_companions(mesh, path), **convert(mesh.document, mesh.path, new_pos, path)}
     write_files(files)
 
 
@@ -195,30 +193,9 @@ def _read_bytes(path: Path) -> bytes:
         raise MeshFileError(f"Expected a readable file (got '{path}': {error.strerror}): check permissions") from error
 
 
-def _companions(mesh: MeshFile, folder: Path) -> dict[Path, bytes]:
+def _companions(mesh: MeshFile, path: Path) -> dict[Path, bytes]:
     """Materials and textures that lie beside or below the file and are missing in another folder."""
-    names = [Path(name) for name in mesh.document.companions()]
-    inside = [name for name in dict.fromkeys(names) if not name.is_absolute() and ".." not in name.parts]
-    missing = [name for name in inside if (mesh.path.parent / name).is_file() and not (folder / name).exists()]
-    return {folder / name: _read_bytes(mesh.path.parent / name) for name in missing}
-
-
-def _as_trimesh(mesh: MeshFile, pos: np.ndarray) -> trimesh.Trimesh:
-    """Let trimesh read the file with other positions, so that it takes along what it can."""
-    data = io.BytesIO(mesh.document.with_positions(pos))
-    options: dict[str, Any] = {"process": False, "maintain_order": True}
-    resolver = trimesh.resolvers.FilePathResolver(str(mesh.path))
-    file_type = mesh.path.suffix.lower()[1:]
-    return trimesh.load_mesh(data, file_type=file_type, resolver=resolver, **options)
-
-
-def _exported(mesh: trimesh.Trimesh, path: Path) -> dict[Path, bytes]:
-    """Files, by path, that hold a mesh in the format of the path's ending; the mesh itself comes last."""
-    suffix = path.suffix.lower()
-    if suffix == ".obj":
-        text, textures = trimesh.exchange.obj.export_obj(mesh, return_texture=True, mtl_name=f"{path.stem}.mtl")
-        return {**{path.parent / name: data for name, data in textures.items()}, path: text.encode()}
-    if suffix == ".gltf":
-        return {path: GlbDocument(trimesh.exchange.gltf.export_glb(mesh), path.parent).as_gltf()}
-    data: Any = mesh.export(file_type=suffix[1:])
-    return {path: data.encode() if isinstance(data, str) else data}
+    names = companions(mesh.document, mesh.path.suffix.lower(), path.suffix.lower())
+    inside = [name for name in dict.fromkeys(map(Path, names)) if not name.is_absolute() and ".." not in name.parts]
+    missing = [name for name in inside if (mesh.path.parent / name).is_file() and not (path.parent / name).exists()]
+    return {path.parent / name: _read_bytes(mesh.path.parent / name) for name in missing}

@@ -115,3 +115,64 @@ def test_unreadable_path(tmp_path):
     (tmp_path / "folder.obj").mkdir()
     with pytest.raises(MeshFileError, match="Is a directory"):
         read_mesh(tmp_path / "folder.obj")
+
+
+def test_order_survives_materials_groups_and_polygons_in_another_format(tmp_path, cube_mesh):
+    pos, face = cube_mesh
+    lines = ["v {} {} {}".format(*point) for point in pos.tolist()] + ["vt 0 0", "vt 1 0", "vt 1 1"]
+    for number, corners in enumerate((face.t() + 1).tolist()):  # two materials in turns
+        lines += [f"usemtl {'ab'[number % 2]}", "f {}/1 {}/2 {}/3".format(*corners)]
+    (tmp_path / "cube.obj").write_text("\n".join(["mtllib cube.mtl", *lines]))
+    (tmp_path / "cube.mtl").write_text("newmtl a\nKd 1 0 0\nnewmtl b\nKd 0 0 1\n")
+    mesh = read_mesh(tmp_path / "cube.obj")
+    for name in ("cube.glb", "cube.ply", "cube.off", "cube.stl"):
+        write_mesh(mesh, mesh.pos + 1, tmp_path / name)
+        written = read_mesh(tmp_path / name)
+        torch.testing.assert_close(written.pos[written.face], pos[face] + 1, rtol=0, atol=1e-5)
+    assert len(read_mesh(tmp_path / "cube.off").pos) == len(pos)  # no texture coordinates there to split vertices
+
+    polygons = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 2 0 0\nf 1 2 3 4\nf 2 5 3\n"
+    (tmp_path / "mixed.obj").write_text(polygons)
+    mesh = read_mesh(tmp_path / "mixed.obj")
+    write_mesh(mesh, mesh.pos, tmp_path / "mixed.ply")
+    assert read_mesh(tmp_path / "mixed.ply").face.t().tolist() == [[0, 1, 2], [0, 2, 3], [1, 4, 2]]
+
+
+def test_scene_of_several_coloured_meshes(tmp_path):
+    scene = trimesh.Scene()
+    for number, color in enumerate(([255, 0, 0, 255], [0, 255, 0, 255])):
+        box = trimesh.creation.box(extents=(1, 1, 1 + number))
+        box.visual.vertex_colors = color
+        turn = trimesh.transformations.rotation_matrix(0.3, (1, 2, 3), (number, 0, 0))
+        scene.add_geometry(box, node_name=f"{1 - number}", transform=turn)
+    scene.export(tmp_path / "scene.glb")
+    mesh = read_mesh(tmp_path / "scene.glb")
+    for name in ("scene.ply", "scene.gltf", "scene.obj"):
+        write_mesh(mesh, 2 * mesh.pos, tmp_path / name)
+        written = read_mesh(tmp_path / name)
+        torch.testing.assert_close(written.pos, 2 * mesh.pos, rtol=0, atol=1e-5)
+        assert torch.equal(written.face, mesh.face)
+    assert trimesh.load_mesh(tmp_path / "scene.ply", process=False).visual.vertex_colors[[0, -1]].tolist() == [
+        [255, 0, 0, 255],
+        [0, 255, 0, 255],
+    ]
+
+
+def test_gltf_and_glb_are_the_same_in_another_wrapping(tmp_path):
+    (tmp_path / "out").mkdir()
+    textured = trimesh.creation.box()
+    image = Image.new("RGB", (2, 2), "red")
+    textured.visual = trimesh.visual.TextureVisuals(uv=textured.vertices[:, :2] + 0.5, image=image)
+    textured.export(tmp_path / "box.glb")
+    mesh = read_mesh(tmp_path / "box.glb")
+    write_mesh(mesh, 2 * mesh.pos, tmp_path / "large.gltf")
+    large = read_mesh(tmp_path / "large.gltf")
+    write_mesh(large, large.pos / 2, tmp_path / "out" / "small.glb")
+    small = read_mesh(tmp_path / "out" / "small.glb")
+    torch.testing.assert_close(small.pos, mesh.pos, rtol=0, atol=1e-6)
+    trees = [dict(read.document.scene.tree, buffers=None) for read in (mesh, large, small)]
+    for tree in trees:
+        tree["accessors"] = [{**entry, "min": None, "max": None} for entry in tree["accessors"]]
+    assert trees[0] == trees[1] == trees[2]
+    material = trimesh.load_mesh(tmp_path / "out" / "small.glb", process=False).visual.material
+    assert material.baseColorTexture.getpixel((0, 0))[:3] == (255, 0, 0)

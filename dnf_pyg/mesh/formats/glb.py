@@ -1,14 +1,16 @@
 """glTF 2.0 as one binary file."""
 
+import copy
 import json
 import struct
 from pathlib import Path
+from typing import Any
 
 from dnf_pyg.mesh.formats.document import Document, Floats
-from dnf_pyg.mesh.formats.gltf import gltf_text, load_uri
+from dnf_pyg.mesh.formats.gltf import gltf_text, load_uri, uris_beside
 from dnf_pyg.mesh.formats.gltf_scene import GltfScene
 
-__all__ = ["GlbDocument"]
+__all__ = ["GlbDocument", "glb_bytes"]
 
 _HEADER = struct.Struct("<4sII")  # magic, version, length
 _CHUNK = struct.Struct("<II")  # length, kind
@@ -30,6 +32,10 @@ class GlbDocument(Document):
         self.scene = GltfScene(tree, buffers)
         self.pos, self.face = self.scene.pos, self.scene.face
 
+    def companions(self) -> list[str]:
+        """Textures and buffers beside the file."""
+        return uris_beside(self.scene.tree, "images") + uris_beside(self.scene.tree, "buffers")
+
     def as_gltf(self) -> bytes:
         """Write the same as the text of a gltf file."""
         return gltf_text(self.scene.tree, dict(enumerate(self.scene.buffers)))
@@ -41,9 +47,23 @@ class GlbDocument(Document):
         replaced = {_JSON: text + b" " * (-len(text) % 4)}
         if self.inside is not None:
             replaced[_BIN] = buffers[self.inside]
-        chunks = [(kind, replaced.get(kind, chunk)) for kind, chunk in self.chunks]
-        joined = b"".join(_CHUNK.pack(len(chunk), kind) + chunk for kind, chunk in chunks)
-        return _HEADER.pack(b"glTF", 2, _HEADER.size + len(joined)) + joined
+        return _joined([(kind, replaced.get(kind, chunk)) for kind, chunk in self.chunks])
+
+
+def glb_bytes(tree: dict[str, Any], buffers: list[bytes]) -> bytes:
+    """Write a description with its buffers as one binary file: the first as it is, others as text."""
+    tree = copy.deepcopy(tree)
+    for entry in tree.get("buffers", [])[:1]:
+        entry.pop("uri", None)
+    text = gltf_text(tree, dict(list(enumerate(buffers))[1:]))
+    chunks = [(_JSON, text + b" " * (-len(text) % 4))]
+    chunks += [(_BIN, buffer + bytes(-len(buffer) % 4)) for buffer in buffers[:1]]
+    return _joined(chunks)
+
+
+def _joined(chunks: list[tuple[int, bytes]]) -> bytes:
+    joined = b"".join(_CHUNK.pack(len(chunk), kind) + chunk for kind, chunk in chunks)
+    return _HEADER.pack(b"glTF", 2, _HEADER.size + len(joined)) + joined
 
 
 def _read_chunks(data: bytes) -> list[tuple[int, bytes]]:

@@ -10,7 +10,7 @@ from urllib.parse import unquote
 from dnf_pyg.mesh.formats.document import Document, Floats
 from dnf_pyg.mesh.formats.gltf_scene import GltfScene
 
-__all__ = ["GltfDocument", "gltf_text", "load_uri"]
+__all__ = ["GltfDocument", "gltf_text", "load_uri", "uris_beside"]
 
 _DATA_URI = "data:application/octet-stream;base64,"
 
@@ -31,8 +31,7 @@ class GltfDocument(Document):
 
     def companions(self) -> list[str]:
         """Textures and buffers beside the file."""
-        entries = self.scene.tree.get("buffers", []) + self.scene.tree.get("images", [])
-        return [unquote(entry["uri"]) for entry in entries if not entry.get("uri", "data:").startswith("data:")]
+        return uris_beside(self.scene.tree, "images") + uris_beside(self.scene.tree, "buffers")
 
     def _rewritten(self, pos: Floats) -> bytes:
         tree, buffers = self.scene.moved(pos, self.moved(pos))
@@ -46,6 +45,17 @@ def gltf_text(tree: dict[str, Any], inside: dict[int, bytes]) -> bytes:
     for number, data in inside.items():
         tree["buffers"][number]["uri"] = _DATA_URI + base64.b64encode(data).decode()
     return json.dumps(tree, separators=(",", ":"), ensure_ascii=False).encode()
+
+
+def uris_beside(tree: dict[str, Any], kind: str) -> list[str]:
+    """Names of the files that "images" or "buffers" of a description lie in.
+
+    Examples:
+        >>> uris_beside({"images": [{"uri": "a%20b.png"}, {"uri": "data:,"}, {"bufferView": 3}]}, "images")
+        ['a b.png']
+    """
+    uris = [entry.get("uri", "data:") for entry in tree.get(kind, [])]
+    return [unquote(uri) for uri in uris if not uri.startswith("data:")]
 
 
 def load_uri(uri: str, folder: Path) -> bytes:
