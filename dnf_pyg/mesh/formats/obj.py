@@ -40,14 +40,24 @@ class ObjDocument(Document):
 
     def companions(self) -> list[str]:
         """Material libraries, and the textures that they name."""
-        libraries = [line.strip()[6:].strip().decode(errors="replace") for line in self._plain_lines(b"mtllib")]
+        libraries = []
+        for line in self._plain_lines(b"mtllib"):
+            whole = line.strip()[6:].strip()
+            libraries += [whole] if self._is_file(whole) else whole.split()  # names may hold blanks, or be several
         textures = []
-        for library in libraries:
-            path = self.folder / library
-            if path.is_file():
-                lines = [line.split() for line in path.read_bytes().splitlines()]
-                textures += [words[-1] for words in lines if len(words) > 1 and words[0].lower().startswith(_TEXTURE)]
-        return libraries + [name.decode(errors="replace") for name in textures]
+        for library in filter(self._is_file, libraries):
+            lines = [line.split() for line in (self.folder / _name(library)).read_bytes().splitlines()]
+            for words in lines:
+                if len(words) > 1 and words[0].lower().startswith(_TEXTURE):
+                    endings = [b" ".join(words[start:]) for start in range(1, len(words))]  # options come first
+                    textures.append(next(filter(self._is_file, endings), words[-1]))
+        return [_name(found) for found in libraries + textures]
+
+    def _is_file(self, name: bytes) -> bool:
+        try:
+            return (self.folder / _name(name)).is_file()
+        except (OSError, ValueError):  # too long, or a null byte
+            return False
 
     def _rows_by_keyword(self) -> dict[bytes, list[int]]:
         by_head: dict[bytes, list[int]] = {}
@@ -102,6 +112,11 @@ class ObjDocument(Document):
     def _replace(lines: list[bytes], rows: list[int], changed: Ints, values: Floats) -> None:
         for number, text in zip(changed.tolist(), number_text(values[changed], values), strict=True):
             lines[rows[number]] = replace_tokens(lines[rows[number]], (1, 2, 3), text)
+
+
+def _name(text: bytes) -> str:
+    """Path as written on any system."""
+    return text.decode(errors="replace").replace("\\", "/")
 
 
 def _references(words: list[bytes]) -> Ints:

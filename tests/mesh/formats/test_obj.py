@@ -78,6 +78,18 @@ def test_lists_materials_and_textures(tmp_path):
     assert ObjDocument(RICH, tmp_path).companions() == ["wood.mtl", "wood.png"]
 
 
+def test_names_with_blanks_and_backslashes_and_several_libraries(tmp_path):
+    (tmp_path / "my wood.mtl").write_text("newmtl a\nmap_Kd -bm 1 fine oak.png\nmap_Ks pictures\\oak.png\n")
+    (tmp_path / "b.mtl").write_text("map_Kd absent picture.png\n")
+    (tmp_path / "pictures").mkdir()
+    for name in ("fine oak.png", "pictures/oak.png"):
+        (tmp_path / name).write_bytes(b"")
+    first = ObjDocument(b"mtllib my wood.mtl\nv 0 0 0\n", tmp_path).companions()
+    assert first == ["my wood.mtl", "fine oak.png", "pictures/oak.png"]
+    second = ObjDocument(b"mtllib a.mtl b.mtl\nv 0 0 0\n", tmp_path).companions()
+    assert second == ["a.mtl", "b.mtl", "picture.png"]
+
+
 @pytest.mark.parametrize(
     ("data", "text"),
     [
