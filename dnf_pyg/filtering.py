@@ -8,7 +8,7 @@ import torch
 from torch import Tensor
 from torch_geometric.data import Batch
 
-from dnf_pyg.data.patch import Patch, PatchExtractor, patch_to_data
+from dnf_pyg.data.patch import Patch, PatchExtractor, face_surface, patch_to_data
 from dnf_pyg.data.seeds import cover
 from dnf_pyg.errors import WeightsError
 from dnf_pyg.mesh.geodesic import Growth
@@ -88,6 +88,7 @@ def filter_normals(
     pos = (pos - pos.mean(dim=0)) / mean_edge_length(pos, face).clamp(min=torch.finfo(pos.dtype).tiny)
     num_faces = face.size(1)
     noisy = filled_face_normals(pos, face).float()
+    surface = face_surface(pos, face) if net.surface else None
     extractor = PatchExtractor(pos, face, growth, patch_size, k=max(net.k))
     patches = cover(extractor, min_coverage=min_coverage, generator=torch.Generator().manual_seed(seed))
     total, weights = torch.zeros(num_faces, 3), torch.zeros(num_faces)
@@ -95,12 +96,13 @@ def filter_normals(
     seconds = {"patches": 0.0, "network": 0.0, "fuse": 0.0}
     net, device = net.to(device), torch.device(device)
     for group in _in_groups(patches, batch_size):
-        batch = Batch.from_data_list([patch_to_data(patch, noisy) for patch in group])
+        batch = Batch.from_data_list([patch_to_data(patch, noisy, surface=surface) for patch in group])
         seconds["patches"] += clock() - started
         started = clock()
         with torch.autocast(device.type, dtype=torch.bfloat16, enabled=precision == torch.bfloat16):
             sent = batch.to(device)
-            filtered = net(sent.normal, _edges(sent.edge_index, net.k, neighbors), sent.batch).float().cpu()
+            edges = _edges(sent.edge_index, net.k, neighbors)
+            filtered = net(sent.normal, edges, sent.batch, sent.get("surface")).float().cpu()
         seconds["network"] += clock() - started
         started = clock()
         weight = torch.cat([_closeness(patch.distance) for patch in group])

@@ -2,7 +2,7 @@
 
 from dnf_pyg.data.datasets import FreshPatchDataset, PatchDataset
 from dnf_pyg.data.mesh_dataset import MeshDataset
-from dnf_pyg.data.patch import Patch, PatchExtractor, patch_to_data
+from dnf_pyg.data.patch import Patch, PatchExtractor, face_surface, patch_to_data
 from dnf_pyg.data.seeds import AnisotropicSeeds, SeedSampler, UniformSeeds, cover
 from dnf_pyg.data.transforms import JitterNormal, RandomRotation
 
@@ -18,5 +18,6 @@ __all__ = [
     "SeedSampler",
     "UniformSeeds",
     "cover",
+    "face_surface",
     "patch_to_data",
 ]

@@ -11,7 +11,7 @@ from torch_geometric.data import Data
 
 from dnf_pyg.data.mesh_dataset import Arrays, MeshDataset, MeshPair
 from dnf_pyg.data.packing import pack_rows, unpack_rows
-from dnf_pyg.data.patch import Patch, PatchExtractor, patch_to_data
+from dnf_pyg.data.patch import Patch, PatchExtractor, face_surface, patch_to_data
 from dnf_pyg.mesh import DijkstraGrowth, FacetGraph, Growth, filled_face_normals
 from dnf_pyg.mesh.geodesic import BoundDijkstra
 
@@ -57,14 +57,14 @@ class PatchDataset(MeshDataset):
         face_id = entry["face_id"][row, :size].astype(np.int64)
         if self._serves_surface(mesh):
             pos, face, _ = self._region(entry, face_id, mesh, self._generator(idx))
-            normal = filled_face_normals(pos, face)[:size]
+            normal, surface = filled_face_normals(pos, face)[:size], face_surface(pos, face)[:size]
         else:
-            normal = torch.from_numpy(entry["normal"][face_id])
+            normal, surface = (torch.from_numpy(entry[name][face_id]) for name in ("normal", "surface"))
         bits = self.patch_size.bit_length()
         neighbor = torch.from_numpy(unpack_rows(entry["packed"][row], bits, size, min(self.k, size)))
         distance = torch.from_numpy(entry["distance"][row, :size].copy())
         clean_normal = torch.from_numpy(entry["clean_normal"][face_id])
-        data = patch_to_data(Patch(torch.arange(size), neighbor, distance), normal, clean_normal)
+        data = patch_to_data(Patch(torch.arange(size), neighbor, distance), normal, clean_normal, surface)
         data.face_id = torch.from_numpy(face_id)
         return data
 
@@ -117,7 +117,7 @@ class FreshPatchDataset(MeshDataset):
         pos, face, member = self._region(entry, wider.numpy(), mesh, generator)
         patch = self._extractor(pos, face).extract(0)
         clean_normal = torch.from_numpy(entry["clean_normal"][member.numpy()])
-        data = patch_to_data(patch, filled_face_normals(pos, face), clean_normal)
+        data = patch_to_data(patch, filled_face_normals(pos, face), clean_normal, face_surface(pos, face))
         data.face_id = member[data.face_id]
         return data
 

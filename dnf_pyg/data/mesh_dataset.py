@@ -14,7 +14,7 @@ from torch import Generator, Tensor
 from torch_geometric.data import Data, Dataset
 
 from dnf_pyg.data.cache import load_entry, name_entry, write_entry
-from dnf_pyg.data.patch import PatchExtractor
+from dnf_pyg.data.patch import PatchExtractor, face_surface
 from dnf_pyg.data.seeds import AnisotropicSeeds, SeedSampler
 from dnf_pyg.data.submesh import surroundings
 from dnf_pyg.errors import DataError
@@ -148,6 +148,8 @@ class MeshDataset(Dataset, ABC):
             arrays["face"] = mesh.face.t().int().numpy()
             arrays["ptr"] = extractor.graph.ptr
             arrays["neighbor"] = extractor.graph.neighbor
+        else:
+            arrays["surface"] = face_surface(mesh.pos - mesh.pos.mean(dim=0), mesh.face).float().numpy()
         write_entry(Path(self.processed_paths[row]), arrays)
 
     def _extractor(self, pos: Tensor, face: Tensor) -> PatchExtractor:

@@ -8,6 +8,8 @@ attribute               shape             meaning
 ``face_id``             (N,) long         row of each face in the mesh
 ``distance``            (N,) float32      geodesic distance from the seed, model units
 ``seed_index``          (1,) long         row of the seed: 0, moved on by PyG when patches are batched
+``surface``             (N, 4) float32    centroid of each face, from that of the seed, and its area; model units
+                                          (for networks that see it)
 ``edge_index``          (2, E) long       nearest face (row 0) and centre (row 1), sorted by centre, within a
                                           centre by geodesic distance, the centre itself first
 ======================  ================  =====================================================================
@@ -23,10 +25,10 @@ import torch
 from torch import Tensor
 from torch_geometric.data import Data
 
-from dnf_pyg.mesh import DijkstraGrowth, FacetGraph, Growth
+from dnf_pyg.mesh import DijkstraGrowth, FacetGraph, Growth, face_areas, face_centroids
 from dnf_pyg.mesh.dijkstra import nearest_within
 
-__all__ = ["Patch", "PatchExtractor", "patch_to_data"]
+__all__ = ["Patch", "PatchExtractor", "face_surface", "patch_to_data"]
 
 _MAX_PATCH_SIZE = 2**15 - 1  # rows are stored as int16
 
@@ -112,7 +114,26 @@ class _Scratch(threading.local):
         self.row = np.full(num_faces, -1, np.int32)
 
 
-def patch_to_data(patch: Patch, normal: Tensor, clean_normal: Tensor | None = None) -> Data:
+def face_surface(pos: Tensor, face: Tensor) -> Tensor:
+    """Compute centroid and area of each face.
+
+    Args:
+        pos: Vertex positions, shape (V, 3), model units.
+        face: Vertices of each face, shape (3, F).
+
+    Returns:
+        Shape (F, 4), model units and their square.
+
+    Example:
+        >>> face_surface(torch.tensor([[0.0, 0, 0], [3, 0, 0], [0, 2, 0]]), torch.tensor([[0], [1], [2]]))
+        tensor([[1.0000, 0.6667, 0.0000, 3.0000]])
+    """
+    return torch.cat([face_centroids(pos, face), face_areas(pos, face).unsqueeze(1)], dim=1)
+
+
+def patch_to_data(
+    patch: Patch, normal: Tensor, clean_normal: Tensor | None = None, surface: Tensor | None = None
+) -> Data:
     """Put a patch into the form that the network takes (table at the top of this module).
 
     Args:
@@ -120,6 +141,7 @@ def patch_to_data(patch: Patch, normal: Tensor, clean_normal: Tensor | None = No
         normal: Facet normals of the whole mesh, shape (F, 3), unit length (no zeros: see
             :func:`~dnf_pyg.mesh.filled_face_normals`).
         clean_normal: Facet normals of the whole clean mesh, shape (F, 3), unit length.
+        surface: Centroid and area of each face of the whole mesh (:func:`face_surface`), shape (F, 4).
 
     Example:
         >>> pos = torch.tensor([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]])
@@ -143,4 +165,8 @@ def patch_to_data(patch: Patch, normal: Tensor, clean_normal: Tensor | None = No
     )
     if clean_normal is not None:
         data.clean_normal = clean_normal[patch.face_id].float()
+    if surface is not None:
+        data.surface = surface[patch.face_id]
+        data.surface[:, :3] -= data.surface[0, :3].clone()
+        data.surface = data.surface.float()
     return data

@@ -8,7 +8,7 @@ __all__ = ["JitterNormal", "RandomRotation"]
 
 
 class RandomRotation(BaseTransform):
-    """Turn ``normal`` and ``clean_normal`` by one random rotation, uniform over all rotations.
+    """Turn ``normal``, ``clean_normal`` and ``surface`` by one random rotation, uniform over all rotations.
 
     Source: Li et al. 2020, Sec. 3.2 (data augmentation).
 
@@ -25,7 +25,7 @@ class RandomRotation(BaseTransform):
         self.generator = generator
 
     def forward(self, data: Data) -> Data:
-        """Turn the normals of a patch."""
+        """Turn a patch."""
         w, x, y, z = torch.nn.functional.normalize(torch.randn(4, generator=self.generator), dim=0).tolist()
         rotation = data.normal.new_tensor(  # of the unit quaternion w + xi + yj + zk
             [
@@ -37,6 +37,9 @@ class RandomRotation(BaseTransform):
         data.normal = data.normal @ rotation.t()
         if "clean_normal" in data:
             data.clean_normal = data.clean_normal @ rotation.t()
+        if "surface" in data:
+            centroid, area = data.surface.split([3, 1], dim=1)
+            data.surface = torch.cat([centroid @ rotation.t(), area], dim=1)
         return data
 
     def __repr__(self) -> str:

@@ -18,12 +18,13 @@ class JointBilateralConv(MessagePassing):
     .. math::
         \mathbf{n}^{t+1}_i = \frac{\mathbf{m}_i}{\Vert \mathbf{m}_i \Vert}, \quad
         \mathbf{m}_i = \sum_{j \in \mathcal{N}(i)} w_{ij} \mathbf{n}^t_j, \quad
-        w_{ij} = \exp \left( -\Vert \mathbf{n}^0_i - \mathbf{n}^0_j \Vert^2 / \sigma_i^2
+        w_{ij} = a_j \exp \left( -\Vert \mathbf{n}^0_i - \mathbf{n}^0_j \Vert^2 / \sigma_i^2
                              -\Vert \mathbf{q}_i - \mathbf{q}_j \Vert^2 \right)
 
-    with the tolerance :math:`\sigma_i` and the guidance :math:`\mathbf{q}_i` read from the features of the face. The
-    weights are found once, so an iteration costs a sparse product. On flat parts it reaches the accuracy of averaging
-    over many faces, which a maximum over few cannot; a small :math:`\sigma_i` leaves a face alone.
+    with the tolerance :math:`\sigma_i` and the guidance :math:`\mathbf{q}_i` read from the features of face i, and the
+    area :math:`a_j` of face j where that is given. The weights are found once, so an iteration costs a sparse product.
+    On flat parts it reaches the accuracy of averaging over many faces, which a maximum over few cannot; a small
+    :math:`\sigma_i` leaves a face alone.
     Source: Zheng et al. 2011 (bilateral normal filtering). Differs: the weights are learned.
 
     Args:
@@ -36,6 +37,7 @@ class JointBilateralConv(MessagePassing):
         - **normal:** :math:`(F, 3)`, unit length
         - **x:** :math:`(F, C)`
         - **edge_index:** :math:`(2, E)`, neighbour (row 0) to centre (row 1), nearest first, the face itself among them
+        - **area:** :math:`(F, 1)`, any unit; all alike if ``None``
         - **output:** :math:`(F, 3)`, unit length; the input for a face without neighbours
 
     Example:
@@ -65,12 +67,14 @@ class JointBilateralConv(MessagePassing):
         torch.nn.init.zeros_(self.sharpness.weight)
         torch.nn.init.constant_(self.sharpness.bias, 4.0)
 
-    def forward(self, normal: Tensor, x: Tensor, edge_index: Adj) -> Tensor:
+    def forward(self, normal: Tensor, x: Tensor, edge_index: Adj, area: Tensor | None = None) -> Tensor:
         """Filter the normals; in full precision, since bf16 directions are a quarter of a degree apart."""
         with torch.autocast(normal.device.type, enabled=False):
             x = x.to(self.guidance.weight.dtype)
             edges = sort_by_center(edge_index, (normal.size(0), normal.size(0)), self.k)
             weight = self.edge_updater(edges, normal=normal, guidance=self.guidance(x), sharpness=self.sharpness(x))
+            if area is not None:
+                weight = weight * area[edges[0]]
             for _ in range(self.num_iterations):
                 normal = F.normalize(self.propagate(edges, normal=normal, weight=weight), dim=-1)
         return normal

@@ -15,6 +15,7 @@ from dnf_pyg.nn.bilateral import JointBilateralConv
 from dnf_pyg.nn.embedding import MultiScaleEmbedding
 from dnf_pyg.nn.frame import patch_frames
 from dnf_pyg.nn.residual import ResidualUnit
+from dnf_pyg.nn.surface import patch_surface
 
 __all__ = ["DNFNet"]
 
@@ -42,6 +43,7 @@ class DNFNet(Module, PyTorchModelHubMixin, library_name="dnf_pyg", tags=["mesh-d
             so that the result turns with the mesh. Differs: the paper does without and learns from turned patches.
         bilateral_iterations: Iterations of a learned bilateral filter over the ``k[0]`` nearest faces at the end
             (:class:`~dnf_pyg.nn.JointBilateralConv`); none if 0. Differs: the paper does without.
+        surface: See places and areas of the faces beside their normals. Differs: the paper does without.
 
     Shapes:
         - **normal:** :math:`(F, 3)`, unit length
@@ -49,10 +51,11 @@ class DNFNet(Module, PyTorchModelHubMixin, library_name="dnf_pyg", tags=["mesh-d
           itself before all; or a list with one ``edge_index`` per level, for other neighbours on some levels. A face
           with fewer than ``k`` edges uses what it has.
         - **batch:** :math:`(F)`, patch of each face, sorted; one patch if ``None``
+        - **surface:** :math:`(F, 4)`, centroid and area of each face, any unit; for a network with ``surface`` only
         - **output:** :math:`(F, 3)`, unit length
 
     Raises:
-        ValueError: If ``num_units`` is not positive.
+        ValueError: If ``num_units`` is not positive, or ``surface`` is missing where the network needs it.
 
     Example:
         >>> net = DNFNet(k=(1, 2, 2)).eval()
@@ -73,6 +76,7 @@ class DNFNet(Module, PyTorchModelHubMixin, library_name="dnf_pyg", tags=["mesh-d
         subtract: bool = True,
         align: bool = False,
         bilateral_iterations: int = 0,
+        surface: bool = False,
     ) -> None:
         super().__init__()
         if num_units < 1:
@@ -85,7 +89,8 @@ class DNFNet(Module, PyTorchModelHubMixin, library_name="dnf_pyg", tags=["mesh-d
         self.subtract = subtract
         self.align = align
         self.bilateral_iterations = bilateral_iterations
-        self.embedding = MultiScaleEmbedding(k, channels, embedding_channels, subtract)
+        self.surface = surface
+        self.embedding = MultiScaleEmbedding(k, channels, embedding_channels, subtract, surface)
         self.units = ModuleList(ResidualUnit(embedding_channels, residual_k) for _ in range(num_units))
         head = [embedding_channels, embedding_channels, embedding_channels // 2, 3]
         self.heads = ModuleList(MLP(head, norm_kwargs={"allow_single_element": True}) for _ in range(num_units))
@@ -107,6 +112,7 @@ class DNFNet(Module, PyTorchModelHubMixin, library_name="dnf_pyg", tags=["mesh-d
             "subtract": self.subtract,
             "align": self.align,
             "bilateral_iterations": self.bilateral_iterations,
+            "surface": self.surface,
         }
 
     def reset_parameters(self) -> None:
@@ -116,29 +122,55 @@ class DNFNet(Module, PyTorchModelHubMixin, library_name="dnf_pyg", tags=["mesh-d
         if self.bilateral is not None:
             self.bilateral.reset_parameters()
 
-    def forward(self, normal: Tensor, edge_index: Adj | Sequence[Adj], batch: Tensor | None = None) -> Tensor:
+    def forward(
+        self,
+        normal: Tensor,
+        edge_index: Adj | Sequence[Adj],
+        batch: Tensor | None = None,
+        surface: Tensor | None = None,
+    ) -> Tensor:
         """Filter the normals: the output of the last unit, without the heads of the others."""
         frame = self._frame(normal, batch)
-        *_, (x, _) = self._features(normal, edge_index, batch, frame)
+        place, area = self._surface(surface, batch, frame)
+        *_, (x, _) = self._features(normal, edge_index, batch, frame, place)
         out = self._filtered(self.heads[-1], x, frame)
-        return out if self.bilateral is None else self.bilateral(out, x, self._nearest(edge_index))
+        return out if self.bilateral is None else self.bilateral(out, x, self._nearest(edge_index), area)
 
     def stages(
-        self, normal: Tensor, edge_index: Adj | Sequence[Adj], batch: Tensor | None = None
+        self,
+        normal: Tensor,
+        edge_index: Adj | Sequence[Adj],
+        batch: Tensor | None = None,
+        surface: Tensor | None = None,
     ) -> list[tuple[Tensor, Tensor]]:
         """Return what each residual unit gives: filtered normals (F, 3) and its residual (F, C).
 
         The bilateral filter, where there is one, is a stage more, with a residual of no channels.
         """
         frame = self._frame(normal, batch)
-        features = list(self._features(normal, edge_index, batch, frame))
+        place, area = self._surface(surface, batch, frame)
+        features = list(self._features(normal, edge_index, batch, frame, place))
         stages = [
             (self._filtered(head, x, frame), residual) for head, (x, residual) in zip(self.heads, features, strict=True)
         ]
         if self.bilateral is not None:
             (out, _), (x, _) = stages[-1], features[-1]
-            stages.append((self.bilateral(out, x, self._nearest(edge_index)), x.new_zeros(x.size(0), 0)))
+            out = self.bilateral(out, x, self._nearest(edge_index), area)
+            stages.append((out, x.new_zeros(x.size(0), 0)))
         return stages
+
+    def _surface(
+        self, surface: Tensor | None, batch: Tensor | None, frame: Tensor | None
+    ) -> tuple[Tensor | None, Tensor | None]:
+        """Places (F, 4) and areas (F, 1) in units of the patch, for a network that looks at them."""
+        if not self.surface:
+            return None, None
+        if surface is None:
+            raise ValueError(
+                "Expected 'surface' of shape [num_faces, 4] for a network that sees places and areas (got None): pass "
+                "`data.surface` of the patches"
+            )
+        return patch_surface(surface, batch, frame)
 
     @staticmethod
     def _nearest(edge_index: Adj | Sequence[Adj]) -> Adj:
@@ -153,12 +185,17 @@ class DNFNet(Module, PyTorchModelHubMixin, library_name="dnf_pyg", tags=["mesh-d
         return frame if batch is None else frame[batch]
 
     def _features(
-        self, normal: Tensor, edge_index: Adj | Sequence[Adj], batch: Tensor | None, frame: Tensor | None
+        self,
+        normal: Tensor,
+        edge_index: Adj | Sequence[Adj],
+        batch: Tensor | None,
+        frame: Tensor | None,
+        place: Tensor | None,
     ) -> Iterator[tuple[Tensor, Tensor]]:
         """Cleaned feature map and residual after each unit."""
         if frame is not None:
             normal = (normal.unsqueeze(2) * frame).sum(dim=1)
-        x = self.embedding(normal, edge_index, batch)
+        x = self.embedding(normal, edge_index, batch, surface=place)
         for unit in self.units:
             residual = unit(x, batch)
             x = x - residual

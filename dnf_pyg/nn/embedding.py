@@ -9,7 +9,7 @@ from torch_geometric.nn import MLP
 from torch_geometric.typing import Adj
 
 from dnf_pyg.nn.attention import ChannelAttention
-from dnf_pyg.nn.grouping import FeatureGroupingConv, NormalGroupingConv
+from dnf_pyg.nn.grouping import FeatureGroupingConv, NormalGroupingConv, SurfaceGroupingConv
 
 __all__ = ["MultiScaleEmbedding"]
 
@@ -26,11 +26,14 @@ class MultiScaleEmbedding(Module):
         channels: Features per face after each level.
         out_channels: Features per face after fusing.
         subtract: Group differences of features on the levels above the first (the paper's Table 1 has it without).
+        surface: The first level sees areas and places as well (:class:`~dnf_pyg.nn.SurfaceGroupingConv`).
+            Differs: the paper has normals alone.
 
     Shapes:
         - **normal:** :math:`(F, 3)`
         - **edge_index:** :math:`(2, E)`, neighbour (row 0) to centre (row 1), nearest first; or one per level
         - **batch:** :math:`(F)`, patch of each face, sorted; one patch if ``None``
+        - **surface:** :math:`(F, 4)`, place and relative size as :func:`~dnf_pyg.nn.surface.patch_surface` gives them
         - **output:** :math:`(F, C_{out})`
 
     Raises:
@@ -48,16 +51,16 @@ class MultiScaleEmbedding(Module):
         channels: Sequence[int] = (64, 128, 256),
         out_channels: int = 128,
         subtract: bool = True,
+        surface: bool = False,
     ) -> None:
         super().__init__()
         if len(k) != len(channels):
             raise ValueError(f"Expected 'k' and 'channels' of equal length (got {list(k)} and {list(channels)})")
         deeper = FeatureGroupingConv if subtract else NormalGroupingConv
-        sizes = [3, *channels]
-        self.convs = ModuleList(
-            (deeper if level else NormalGroupingConv)(sizes[level], sizes[level + 1], k=k_level)
-            for level, k_level in enumerate(k)
-        )
+        sizes = [4 if surface else 3, *channels]
+        first = SurfaceGroupingConv(4 + 3, sizes[1], k=k[0]) if surface else NormalGroupingConv(3, sizes[1], k=k[0])
+        self.convs = ModuleList([first])
+        self.convs.extend(deeper(sizes[level], sizes[level + 1], k=k[level]) for level in range(1, len(k)))
         self.attentions = ModuleList(ChannelAttention(c) for c in channels)
         self.fuse = MLP([sum(sizes), out_channels], plain_last=False, norm_kwargs={"allow_single_element": True})
 
@@ -72,12 +75,14 @@ class MultiScaleEmbedding(Module):
         edge_index: Adj | Sequence[Adj],
         batch: Tensor | None = None,
         batch_size: int | None = None,
+        surface: Tensor | None = None,
     ) -> Tensor:
         """Embed each face; ``batch_size`` saves a look at ``batch``."""
         per_level = edge_index if isinstance(edge_index, list | tuple) else [edge_index] * len(self.convs)
         if len(per_level) != len(self.convs):
             raise ValueError(f"Expected 'edge_index' for each of {len(self.convs)} levels (got {len(per_level)})")
-        levels = [normal]
+        levels = [normal if surface is None else torch.cat([normal, surface[:, 3:]], dim=-1)]
         for conv, attention, edges in zip(self.convs, self.attentions, per_level, strict=True):
-            levels.append(attention(conv(levels[-1], edges), batch, batch_size))
+            x = levels[-1] if surface is None or len(levels) > 1 else torch.cat([levels[0], surface[:, :3]], dim=-1)
+            levels.append(attention(conv(x, edges), batch, batch_size))
         return self.fuse(torch.cat(levels, dim=-1))

@@ -13,7 +13,7 @@ from dnf_pyg.nn.edge_mlp import folded_edge_max, normalized_edge_max
 from dnf_pyg.nn.neighbors import first_of_equal_rows, sort_by_center
 from dnf_pyg.nn.rows import Rows
 
-__all__ = ["FeatureGroupingConv", "NormalGroupingConv"]
+__all__ = ["FeatureGroupingConv", "NormalGroupingConv", "SurfaceGroupingConv"]
 
 
 class GroupingConv(MessagePassing):
@@ -35,10 +35,15 @@ class GroupingConv(MessagePassing):
         self.hidden_channels = [out_channels // 2] * 2 if hidden_channels is None else list(hidden_channels)
         self.k = k
         self.mlp = MLP(
-            [2 * in_channels, *self.hidden_channels, out_channels],
+            [self.message_channels, *self.hidden_channels, out_channels],
             plain_last=False,
             norm_kwargs={"allow_single_element": True},  # a single edge is normalized with the running statistics
         )
+
+    @property
+    def message_channels(self) -> int:
+        """Numbers that the MLP takes per edge."""
+        return 2 * self.in_channels
 
     def reset_parameters(self) -> None:
         """Draw new weights."""
@@ -154,3 +159,41 @@ class FeatureGroupingConv(GroupingConv):
         lin = self.mlp.lins[0]
         own, difference = lin.weight.split(self.in_channels, dim=1)
         return torch.addmm(lin.bias, x_dst, (own - difference).t()), x_src @ difference.t()
+
+
+class SurfaceGroupingConv(GroupingConv):
+    r"""Embed each face from features and places: its own features, those of its neighbours, and where these lie.
+
+    .. math::
+        \mathbf{x}'_i = \max_{j \in \mathcal{N}(i)}
+            h_{\Theta}(\mathbf{x}_i \Vert \mathbf{x}_j \Vert \mathbf{c}_j - \mathbf{c}_i)
+
+    Places count by their difference alone, so the result does not change when the mesh is moved. Computed in full
+    precision under autocast, where places far from the origin would lose their differences.
+    Shapes, errors and the other arguments as in :class:`NormalGroupingConv`; the last three columns of ``x``, which
+    ``in_channels`` counts, are the place :math:`\mathbf{c}`.
+    Differs: the paper groups normals alone.
+
+    Example:
+        >>> conv = SurfaceGroupingConv(3 + 1 + 3, 16)
+        >>> conv(torch.randn(4, 7), torch.tensor([[1, 2, 0], [0, 0, 1]])).shape
+        torch.Size([4, 16])
+    """
+
+    @property
+    def message_channels(self) -> int:
+        """Numbers that the MLP takes per edge."""
+        return 2 * self.in_channels - 3
+
+    def forward(self, x: Tensor | tuple[Tensor, Tensor], edge_index: Adj) -> Tensor:
+        """Embed each centre."""
+        device = (x if isinstance(x, Tensor) else x[0]).device
+        with torch.autocast(device.type, enabled=False):
+            return super().forward(x, edge_index)
+
+    def split_first_linear(self, x_src: Tensor, x_dst: Tensor) -> tuple[Tensor, Tensor]:
+        """First linear layer of the MLP, split into a term per centre and a term per neighbour."""
+        lin = self.mlp.lins[0]
+        own, other, offset = lin.weight.split([self.in_channels - 3, self.in_channels - 3, 3], dim=1)
+        u = torch.addmm(lin.bias, x_dst, torch.cat([own, -offset], dim=1).t())
+        return u, x_src @ torch.cat([other, offset], dim=1).t()

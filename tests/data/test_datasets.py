@@ -8,7 +8,7 @@ import torch
 import trimesh
 from torch_geometric.loader import DataLoader
 
-from dnf_pyg.data import FreshPatchDataset, PatchDataset, PatchExtractor, UniformSeeds, patch_to_data
+from dnf_pyg.data import FreshPatchDataset, PatchDataset, PatchExtractor, UniformSeeds, face_surface, patch_to_data
 from dnf_pyg.errors import DataError
 from dnf_pyg.mesh import HeatGrowth, face_normals, filled_face_normals
 from dnf_pyg.mesh.io import read_mesh
@@ -45,10 +45,11 @@ def test_pair_matches_patches_cut_by_hand(pair, tmp_path):
     extractor = PatchExtractor(noisy.pos, noisy.face, patch_size=100, k=10)
     normals = filled_face_normals(noisy.pos, noisy.face), face_normals(clean.pos, clean.face)
     for data in dataset:
-        expected = patch_to_data(extractor.extract(int(data.face_id[0])), *normals)
+        expected = patch_to_data(extractor.extract(int(data.face_id[0])), *normals, face_surface(noisy.pos, noisy.face))
         assert set(data.keys()) == set(expected.keys())
         for name in ("normal", "clean_normal", "face_id", "distance", "edge_index", "seed_index"):
             assert torch.equal(data[name], expected[name])
+        torch.testing.assert_close(data.surface, expected.surface, atol=1e-6, rtol=1e-5)
 
 
 @BOTH

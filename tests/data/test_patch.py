@@ -5,7 +5,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 from torch_geometric.data import Batch
 
-from dnf_pyg.data import PatchExtractor, patch_to_data
+from dnf_pyg.data import PatchExtractor, face_surface, patch_to_data
 from dnf_pyg.errors import MeshError
 from dnf_pyg.mesh import HeatGrowth, face_normals, nearest_faces
 
@@ -64,6 +64,19 @@ def test_data_form(cube_mesh):
     assert torch.equal(data.normal, normal[patch.face_id].float())
     assert torch.equal(data.clean_normal, -data.normal)
     assert "clean_normal" not in patch_to_data(patch, normal)
+
+
+def test_surface_is_measured_from_the_seed(cube_mesh):
+    pos, face = cube_mesh
+    patch = PatchExtractor(pos, face, patch_size=100, k=10).extract(7)
+    far = pos.double() + 1e6
+    surface = patch_to_data(patch, face_normals(pos, face), surface=face_surface(far, face)).surface
+    corner = far[face[:, patch.face_id]]
+    for i in (0, 1, 57, 99):
+        place = corner[:, i].sum(dim=0) / 3 - corner[:, 0].sum(dim=0) / 3
+        area = torch.linalg.cross(corner[1, i] - corner[0, i], corner[2, i] - corner[0, i]).norm() / 2
+        torch.testing.assert_close(surface[i], torch.cat([place, area.view(1)]).float(), atol=1e-6, rtol=1e-5)
+    assert "surface" not in patch_to_data(patch, face_normals(pos, face))
 
 
 def test_batch_keeps_patches_apart(cube_mesh):

@@ -21,6 +21,13 @@ def test_rotation_turns_both_alike(data):
     assert torch.equal(turned.face_id, data.face_id)
 
 
+def test_rotation_turns_places_and_keeps_areas(data):
+    surface = torch.cat([data.normal, torch.rand(500, 1)], dim=1)
+    turned = RandomRotation(torch.Generator().manual_seed(1))(Data(normal=data.normal, surface=surface))
+    torch.testing.assert_close(turned.surface[:, :3], turned.normal)
+    assert torch.equal(turned.surface[:, 3], surface[:, 3])
+
+
 def test_rotation_is_uniform():
     transform = RandomRotation(torch.Generator().manual_seed(2))
     up = torch.cat([transform(Data(normal=torch.tensor([[0.0, 0, 1]]))).normal for _ in range(3000)])

@@ -26,7 +26,7 @@ def x():
     return torch.randn(4, 8, generator=torch.Generator().manual_seed(2))
 
 
-def loop(conv, normal, x):
+def loop(conv, normal, x, area):
     """One face and one edge at a time."""
     q, sharpness = conv.guidance(x), conv.sharpness(x)
     first, current = normal, normal
@@ -36,7 +36,7 @@ def loop(conv, normal, x):
             total = torch.zeros(3)
             for j in EDGE_INDEX[0, EDGE_INDEX[1] == i]:
                 exponent = ((first[i] - first[j]) ** 2).sum() * sharpness[i] ** 2 + ((q[i] - q[j]) ** 2).sum()
-                total = total + torch.exp(-exponent) * current[j]
+                total = total + area[j] * torch.exp(-exponent) * current[j]
             rows.append(total / total.norm())
         current = torch.stack(rows)
     return current
@@ -48,7 +48,14 @@ def test_repr(conv):
 
 def test_value(conv, normal, x):
     out = conv(normal, x, EDGE_INDEX)
-    torch.testing.assert_close(out, loop(conv, normal, x))
+    torch.testing.assert_close(out, loop(conv, normal, x, torch.ones(4)))
+
+
+def test_large_faces_weigh_more(conv, normal, x):
+    area = torch.tensor([[2.0], [0.5], [1.0], [3.0]])
+    out = conv(normal, x, EDGE_INDEX, area)
+    torch.testing.assert_close(out, loop(conv, normal, x, area.squeeze(1)))
+    torch.testing.assert_close(out, conv(normal, x, EDGE_INDEX, 7 * area))
 
 
 def test_first_edges_only(conv, normal, x):

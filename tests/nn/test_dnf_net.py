@@ -54,6 +54,41 @@ def test_units_subtract_their_residuals(loops, make):
         torch.testing.assert_close(filtered, out / out.norm(dim=1, keepdim=True), rtol=0, atol=1e-10)
 
 
+def random_surface(num_faces):
+    """Centroids and areas."""
+    return torch.cat([torch.randn(num_faces, 3), torch.rand(num_faces, 1) + 0.1], dim=1)
+
+
+def test_network_that_sees_the_surface_moves_with_the_mesh(make):
+    normal, edge_index = random_patch(15)
+    surface = random_surface(15)
+    net = make.scramble(small_net(align=True, surface=True, bilateral_iterations=2)).eval()
+    turn = torch.linalg.qr(torch.randn(3, 3)).Q
+    place, area = 7 * surface[:, :3] @ turn.t() + 5, 49 * surface[:, 3:]
+    out = net(normal @ turn.t(), edge_index, surface=torch.cat([place, area], dim=1))
+    torch.testing.assert_close(out, net(normal, edge_index, surface=surface) @ turn.t(), rtol=0, atol=1e-8)
+    assert not torch.allclose(
+        net(normal, edge_index, surface=random_surface(15)), net(normal, edge_index, surface=surface)
+    )
+
+
+def test_batch_of_surfaces_equals_each_alone(make):
+    net = make.scramble(small_net(align=True, surface=True, bilateral_iterations=2)).eval()
+    batch, surface = batch_of([12, 2, 7]), random_surface(21)
+    alone = [
+        net(data.normal, data.edge_index, surface=own)
+        for data, own in zip(batch.to_data_list(), surface.split([12, 2, 7]), strict=True)
+    ]
+    out = net(batch.normal, batch.edge_index, batch.batch, surface)
+    torch.testing.assert_close(out, torch.cat(alone), rtol=0, atol=1e-10)
+
+
+def test_network_that_sees_the_surface_asks_for_it():
+    normal, edge_index = random_patch(5)
+    with pytest.raises(ValueError, match=r"'surface' of shape \[num_faces, 4\] .* \(got None\): pass `data.surface`"):
+        small_net(surface=True)(normal, edge_index)
+
+
 @pytest.mark.parametrize("align", [False, True])
 @pytest.mark.parametrize("sizes", [[12, 12], [12, 2, 7, 1]])
 def test_batch_equals_each_patch_alone(align, sizes, make):
