@@ -26,8 +26,8 @@ class MultiScaleEmbedding(Module):
         channels: Features per face after each level.
         out_channels: Features per face after fusing.
         subtract: Group differences of features on the levels above the first (the paper's Table 1 has it without).
-        surface: The first level sees areas and places as well (:class:`~dnf_pyg.nn.SurfaceGroupingConv`).
-            Differs: the paper has normals alone.
+        surface: Every level sees where the neighbours lie (:class:`~dnf_pyg.nn.SurfaceGroupingConv`), the first one
+            areas as well. Differs: the paper has normals alone.
 
     Shapes:
         - **normal:** :math:`(F, 3)`
@@ -56,11 +56,14 @@ class MultiScaleEmbedding(Module):
         super().__init__()
         if len(k) != len(channels):
             raise ValueError(f"Expected 'k' and 'channels' of equal length (got {list(k)} and {list(channels)})")
-        deeper = FeatureGroupingConv if subtract else NormalGroupingConv
         sizes = [4 if surface else 3, *channels]
-        first = SurfaceGroupingConv(4 + 3, sizes[1], k=k[0]) if surface else NormalGroupingConv(3, sizes[1], k=k[0])
-        self.convs = ModuleList([first])
-        self.convs.extend(deeper(sizes[level], sizes[level + 1], k=k[level]) for level in range(1, len(k)))
+        deeper = FeatureGroupingConv if subtract else NormalGroupingConv
+        layers = [SurfaceGroupingConv] * len(k) if surface else [NormalGroupingConv] + [deeper] * (len(k) - 1)
+        place = 3 if surface else 0
+        self.convs = ModuleList(
+            layer(size + place, channel, k=k_level)
+            for layer, size, channel, k_level in zip(layers, sizes[:-1], channels, k, strict=True)
+        )
         self.attentions = ModuleList(ChannelAttention(c) for c in channels)
         self.fuse = MLP([sum(sizes), out_channels], plain_last=False, norm_kwargs={"allow_single_element": True})
 
@@ -83,6 +86,6 @@ class MultiScaleEmbedding(Module):
             raise ValueError(f"Expected 'edge_index' for each of {len(self.convs)} levels (got {len(per_level)})")
         levels = [normal if surface is None else torch.cat([normal, surface[:, 3:]], dim=-1)]
         for conv, attention, edges in zip(self.convs, self.attentions, per_level, strict=True):
-            x = levels[-1] if surface is None or len(levels) > 1 else torch.cat([levels[0], surface[:, :3]], dim=-1)
+            x = levels[-1] if surface is None else torch.cat([levels[-1], surface[:, :3]], dim=-1)
             levels.append(attention(conv(x, edges), batch, batch_size))
         return self.fuse(torch.cat(levels, dim=-1))

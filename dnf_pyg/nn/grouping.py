@@ -162,14 +162,14 @@ class FeatureGroupingConv(GroupingConv):
 
 
 class SurfaceGroupingConv(GroupingConv):
-    r"""Embed each face from features and places: its own features, those of its neighbours, and where these lie.
+    r"""Embed each face from its own features, how its neighbours differ from it, and where these lie.
 
     .. math::
         \mathbf{x}'_i = \max_{j \in \mathcal{N}(i)}
-            h_{\Theta}(\mathbf{x}_i \Vert \mathbf{x}_j \Vert \mathbf{c}_j - \mathbf{c}_i)
+            h_{\Theta}(\mathbf{x}_i \Vert \mathbf{x}_j - \mathbf{x}_i \Vert \mathbf{c}_j - \mathbf{c}_i)
 
-    Places count by their difference alone, so the result does not change when the mesh is moved. Computed in full
-    precision under autocast, where places far from the origin would lose their differences.
+    Places count by their difference alone, so the result does not change when the mesh is moved; their origin should
+    be near, since bf16 leaves little of differences between large numbers.
     Shapes, errors and the other arguments as in :class:`NormalGroupingConv`; the last three columns of ``x``, which
     ``in_channels`` counts, are the place :math:`\mathbf{c}`.
     Differs: the paper groups normals alone.
@@ -185,15 +185,9 @@ class SurfaceGroupingConv(GroupingConv):
         """Numbers that the MLP takes per edge."""
         return 2 * self.in_channels - 3
 
-    def forward(self, x: Tensor | tuple[Tensor, Tensor], edge_index: Adj) -> Tensor:
-        """Embed each centre."""
-        device = (x if isinstance(x, Tensor) else x[0]).device
-        with torch.autocast(device.type, enabled=False):
-            return super().forward(x, edge_index)
-
     def split_first_linear(self, x_src: Tensor, x_dst: Tensor) -> tuple[Tensor, Tensor]:
         """First linear layer of the MLP, split into a term per centre and a term per neighbour."""
         lin = self.mlp.lins[0]
-        own, other, offset = lin.weight.split([self.in_channels - 3, self.in_channels - 3, 3], dim=1)
-        u = torch.addmm(lin.bias, x_dst, torch.cat([own, -offset], dim=1).t())
-        return u, x_src @ torch.cat([other, offset], dim=1).t()
+        own, difference = lin.weight.split([self.in_channels - 3, self.in_channels], dim=1)
+        own = torch.nn.functional.pad(own, (0, 3))  # a place of its own does not count
+        return torch.addmm(lin.bias, x_dst, (own - difference).t()), x_src @ difference.t()

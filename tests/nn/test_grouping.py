@@ -50,8 +50,9 @@ def test_places_count_by_their_difference(training, loops, make):
     conv = make.scramble(SurfaceGroupingConv(2 + 3, 7)).train(training)
     plain = NormalGroupingConv(2 + 3, 7).train(training)
     state = conv.state_dict()
-    own, other, offset = state["mlp.lins.0.weight"].split([2, 2, 3], dim=1)
-    plain.load_state_dict(state | {"mlp.lins.0.weight": torch.cat([own, -offset, other, offset], dim=1)})
+    own, difference, offset = state["mlp.lins.0.weight"].split([2, 2, 3], dim=1)
+    weight = torch.cat([own - difference, -offset, difference, offset], dim=1)
+    plain.load_state_dict(state | {"mlp.lins.0.weight": weight})
     x, edge_index = torch.randn(9, 5, requires_grad=True), make.random_edges(GRAPHS["ragged"], 9)
     expected = loops.edge_mlp_max(plain.mlp, x, x, edge_index, subtract=False)
     out = conv(x, edge_index)
@@ -59,14 +60,6 @@ def test_places_count_by_their_difference(training, loops, make):
     torch.testing.assert_close(make.gradients(out, [x]), make.gradients(expected, [x]), rtol=0, atol=1e-10)
     moved = x + torch.tensor([0.0, 0, 3, -2, 5])
     torch.testing.assert_close(conv(moved, edge_index), expected, rtol=0, atol=1e-9)
-
-
-def test_places_far_apart_keep_their_differences_under_autocast(make):
-    conv = make.scramble(SurfaceGroupingConv(2 + 3, 7)).float().eval()
-    x, edge_index = torch.randn(9, 5).float(), make.random_edges(GRAPHS["equal"], 9)
-    with torch.no_grad(), torch.autocast("cpu", torch.bfloat16):
-        moved = conv(x + torch.tensor([0.0, 0, 300, 300, 300]).float(), edge_index)
-    torch.testing.assert_close(moved, conv(x, edge_index).detach(), rtol=0, atol=1e-2)
 
 
 @pytest.mark.parametrize("degrees", GRAPHS.values(), ids=GRAPHS)
