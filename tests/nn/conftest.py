@@ -16,14 +16,20 @@ def normalize(h, norm):
     return [(row - mean) / torch.sqrt(var + norm.eps) * norm.weight + norm.bias for row in h]
 
 
+def mlp_on_rows(mlp, h):
+    """MLP with batch normalization and ReLU after every linear layer, row by row."""
+    for lin, norm in zip(mlp.lins, mlp.norms, strict=True):
+        h = [lin.weight @ row + lin.bias for row in h]
+        h = [row.clamp(min=0) for row in normalize(h, norm.module)]
+    return h
+
+
 def edge_mlp_max(mlp, x_src, x_dst, edge_index, subtract):
     """MLP on each edge, then the largest message of each centre; zeros without one."""
     h = []
     for j, i in edge_index.t().tolist():
         h.append(torch.cat([x_dst[i], x_src[j] - x_dst[i] if subtract else x_src[j]]))
-    for lin, norm in zip(mlp.lins, mlp.norms, strict=True):
-        h = [lin.weight @ row + lin.bias for row in h]
-        h = [row.clamp(min=0) for row in normalize(h, norm.module)]
+    h = mlp_on_rows(mlp, h)
     out = []
     for i in range(len(x_dst)):
         own = [row for row, center in zip(h, edge_index[1].tolist(), strict=True) if center == i]
@@ -79,7 +85,11 @@ def gradients(out, tensors):
 @pytest.fixture
 def loops():
     return SimpleNamespace(
-        edge_mlp_max=edge_mlp_max, channel_attention=channel_attention, nearest_in_features=nearest_in_features
+        normalize=normalize,
+        mlp_on_rows=mlp_on_rows,
+        edge_mlp_max=edge_mlp_max,
+        channel_attention=channel_attention,
+        nearest_in_features=nearest_in_features,
     )
 
 

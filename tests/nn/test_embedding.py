@@ -35,6 +35,26 @@ def test_matches_loops(subtract, training, loops, make):
     torch.testing.assert_close(make.gradients(out, [normal, *layer.parameters()]), expected_grads, rtol=0, atol=1e-10)
 
 
+@pytest.mark.parametrize("training", [False, True])
+def test_every_level_sees_places(training, loops, make):
+    """The reference lists the offset of each edge beside the features of its two faces."""
+    layer = make.scramble(MultiScaleEmbedding((2, 3), (8, 16), 6, surface=True)).train(training)
+    normal, edge_index = patches(make)
+    place, size = torch.randn(9, 3), torch.randn(9, 1)
+    levels = [torch.cat([normal, size], dim=1)]
+    for level, (conv, attention) in enumerate(zip(layer.convs, layer.attentions, strict=True)):
+        neighbor, center = sort_by_center(edge_index, (9, 9), (2, 3)[level]).as_tensor()
+        x = levels[-1]
+        h = torch.cat([x[center], x[neighbor] - x[center], place[neighbor] - place[center]], dim=1)
+        h = torch.stack(loops.mlp_on_rows(conv.mlp, h))
+        h = torch.stack([h[center == i].amax(dim=0) for i in range(9)])
+        levels.append(loops.channel_attention(attention, h, BATCH))
+    x = torch.cat(levels, dim=1) @ layer.fuse.lins[0].weight.t() + layer.fuse.lins[0].bias
+    expected = torch.stack(loops.normalize(x, layer.fuse.norms[0].module)).clamp(min=0)
+    out = layer(normal, edge_index, BATCH, surface=torch.cat([place, size], dim=1))
+    torch.testing.assert_close(out, expected, rtol=0, atol=1e-10)
+
+
 def test_edges_per_level(make):
     layer = make.scramble(MultiScaleEmbedding((2, 3), (8, 16), 6)).eval()
     normal, edge_index = patches(make)
