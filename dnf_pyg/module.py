@@ -18,6 +18,7 @@ from dnf_pyg.metrics import MeanAngularDifference
 from dnf_pyg.nn import DNFNet, subsample_neighbors
 from dnf_pyg.nn.split_statistics import SplitStatistics
 from dnf_pyg.pretrained import load_network
+from dnf_pyg.processes import leave_at_exit
 
 __all__ = ["NormalFilteringModule"]
 
@@ -63,6 +64,7 @@ class NormalFilteringModule(LightningModule):
         distillation: Distillation | None = None,
     ) -> None:
         super().__init__()
+        leave_at_exit()
         self.net = net
         self.loss = JointLoss() if loss is None else loss
         self.optimizer = optimizer
@@ -97,7 +99,7 @@ class NormalFilteringModule(LightningModule):
 
     def forward(self, batch: Batch) -> Tensor:
         """Filtered normals (F, 3) of a batch of patches."""
-        return self.net(batch.normal, batch.edge_index, batch.batch)
+        return self.net(batch.normal, batch.edge_index, batch.batch, batch.get("surface"))
 
     def network_for(self, data_set: str | None = None, levels: Sequence[int] | None = None) -> DNFNet:
         """Copy the network as one data set of a joint training uses it, in evaluation mode.
@@ -188,7 +190,7 @@ class NormalFilteringModule(LightningModule):
     def _log_terms(
         self, batch: Batch, stage: str, thetas: Sequence[MeanAngularDifference], data_set: str | None = None
     ) -> LossTerms:
-        stages = self.net.stages(batch.normal, self._edges(batch), batch.batch)
+        stages = self.net.stages(batch.normal, self._edges(batch), batch.batch, batch.get("surface"))
         terms = self.loss(stages, batch.clean_normal, batch.batch)
         if self.distillation is not None and data_set is not None and self.training:
             terms = self.distillation(terms, self.loss, stages, data_set, batch)

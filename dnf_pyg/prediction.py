@@ -1,6 +1,7 @@
 """Many meshes through Lightning's ``Trainer.predict``: every process denoises a share of the files."""
 
 import time
+import weakref
 from collections.abc import Mapping
 from datetime import timedelta
 from pathlib import Path
@@ -13,6 +14,7 @@ from dnf_pyg.denoise import DenoiseResult, denoise
 from dnf_pyg.errors import DNFError
 from dnf_pyg.mesh.io import MeshFile, read_mesh, write_mesh
 from dnf_pyg.nn import DNFNet
+from dnf_pyg.processes import leave_at_exit
 
 __all__ = ["DenoisedFile", "FailedFile", "MeshDenoisingModule"]
 
@@ -60,15 +62,16 @@ class MeshDenoisingModule(LightningModule):
 
     def __init__(self, net: DNFNet, settings: Mapping[str, Any] | None = None) -> None:
         super().__init__()
+        leave_at_exit()
         self.net = net
         self.settings = dict(settings or {})
         self.failures: dict[str, str] = {}
-        self._group: Any = None
+        self._group: weakref.ref | None = None  # torch holds it until the process leaves
 
     def setup(self, stage: str) -> None:
         """Prepare to exchange failures at the end, however long the other processes take."""
         if torch.distributed.is_available() and torch.distributed.is_initialized():
-            self._group = torch.distributed.new_group(timeout=_PATIENCE, backend="gloo")
+            self._group = weakref.ref(torch.distributed.new_group(timeout=_PATIENCE, backend="gloo"))
 
     def predict_step(self, batch: tuple[Path, Path], batch_idx: int) -> DenoisedFile | FailedFile:
         """Denoise one file into another, which appears whole or not at all."""
@@ -89,8 +92,9 @@ class MeshDenoisingModule(LightningModule):
 
     def failures_of_all(self) -> dict[str, str]:
         """Failures of all processes, by path; every process has to call this."""
-        if self._group is None:
+        group = None if self._group is None else self._group()
+        if group is None:
             return dict(self.failures)
-        shares: list[dict[str, str]] = [{}] * torch.distributed.get_world_size(self._group)
-        torch.distributed.all_gather_object(shares, self.failures, group=self._group)
+        shares: list[dict[str, str]] = [{}] * torch.distributed.get_world_size(group)
+        torch.distributed.all_gather_object(shares, self.failures, group=group)
         return {path: reason for share in shares for path, reason in share.items()}
