@@ -12,12 +12,13 @@ import torch
 import trimesh
 from torch import Tensor
 
+from dnf_pyg.errors import MeshError
 from dnf_pyg.filtering import Progress, filter_normals
 from dnf_pyg.mesh.adjacency import boundary_vertices
 from dnf_pyg.mesh.geodesic import Growth
 from dnf_pyg.mesh.noise_level import estimate_noise_level
 from dnf_pyg.mesh.validate import validate_mesh
-from dnf_pyg.mesh.vertex_update import flipped_faces, update_vertices
+from dnf_pyg.mesh.vertex_update import flipped_faces, update_vertices, without_flips
 from dnf_pyg.mesh.weld import weld
 from dnf_pyg.nn import DNFNet
 from dnf_pyg.pretrained import DEFAULT_WEIGHTS, load_network
@@ -111,11 +112,20 @@ def denoise(
         The denoised mesh and what led to it.
 
     Raises:
-        MeshError: If the mesh has no faces or coordinates that are not finite.
+        MeshError: If it is no ``trimesh.Trimesh``, or has no faces or coordinates that are not finite.
         WeightsError: If the weights cannot be loaded, or have another number of levels than ``neighbors``.
         ValueError: If an argument is out of range.
     """
+    if not isinstance(mesh, trimesh.Trimesh):
+        raise MeshError(
+            f"Expected 'mesh' as a trimesh.Trimesh (got {type(mesh).__name__}): read it with trimesh.load_mesh or "
+            "dnf_pyg.mesh.io.read_mesh(path).mesh"
+        )
     _check(strength, repeat, mask, len(mesh.vertices))
+    if batch_size < 1:
+        raise ValueError(f"Expected 'batch_size' of at least 1 (got {batch_size})")
+    if precision not in (torch.float32, torch.bfloat16):
+        raise ValueError(f"Expected 'precision' torch.float32 or torch.bfloat16 (got {precision})")
     net = weights if isinstance(weights, DNFNet) else load_network(weights)
     original = torch.tensor(np.asarray(mesh.vertices), dtype=torch.float64)
     face = torch.tensor(np.asarray(mesh.faces), dtype=torch.long).reshape(-1, 3).t().contiguous()
@@ -153,6 +163,8 @@ def denoise(
         for stage, spent in filtered.seconds.items():
             seconds[stage] += spent
     final = torch.where((pos != welded.pos).any(dim=1, keepdim=True), welded.pos.lerp(pos, strength), welded.pos)
+    if 0 < strength < 1:  # halfway, a face may lie the wrong way round that does so at neither end
+        final = without_flips(final, welded.pos, welded.face, normal)
     denoised = mesh.copy()
     denoised.vertices = final[welded.vertex_id].numpy()
     flipped = [int(flipped_faces(where, welded.face, normal).sum()) for where in (welded.pos, final)]

@@ -133,6 +133,9 @@ def test_warns_outside_of_what_was_trained(noisy, net, cube_mesh, monkeypatch):
         ({"repeat": 0}, r"'repeat' of at least 1 \(got 0\)"),
         ({"mask": torch.ones(3, dtype=torch.bool)}, r"'mask' of shape \[386\] and bool \(got \[3\]"),
         ({"max_move": -1.0}, "'max_move' of at least 0"),
+        ({"min_coverage": 0}, "'min_coverage' of at least 1"),
+        ({"batch_size": 0}, r"'batch_size' of at least 1 \(got 0\)"),
+        ({"precision": torch.float16}, r"'precision' torch.float32 or torch.bfloat16 \(got torch.float16\)"),
     ],
 )
 def test_rejects_wrong_settings(noisy, net, settings, text):
@@ -143,6 +146,8 @@ def test_rejects_wrong_settings(noisy, net, settings, text):
 def test_rejects_meshes_it_cannot_take(noisy, net):
     with pytest.raises(MeshError, match="0 faces"):
         run(trimesh.Trimesh(vertices=[[0, 0, 0]]), net)
+    with pytest.raises(MeshError, match=r"'mesh' as a trimesh.Trimesh \(got Scene\): read it with trimesh.load_mesh"):
+        run(trimesh.Scene(noisy), net, mask=None)
     noisy.vertices[7] = float("nan")
     with pytest.raises(MeshError, match="finite"):
         run(noisy, net)

@@ -9,7 +9,7 @@ from torch import Tensor
 from dnf_pyg.mesh.adjacency import vertex_faces
 from dnf_pyg.mesh.geometry import face_normals, mean_edge_length
 
-__all__ = ["flipped_faces", "update_vertices"]
+__all__ = ["flipped_faces", "update_vertices", "without_flips"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -109,6 +109,35 @@ def flipped_faces(pos: Tensor, face: Tensor, normal: Tensor) -> Tensor:
         tensor([True])
     """
     return (face_normals(pos, face) * normal.to(pos)).sum(dim=-1) < 0
+
+
+def without_flips(pos: Tensor, before: Tensor, face: Tensor, normal: Tensor) -> Tensor:
+    """Put vertices back where a movement has turned a face over.
+
+    Args:
+        pos: Vertex positions after the movement, (V, 3).
+        before: Positions before it, (V, 3).
+        face: Vertices of each face, (3, F).
+        normal: Wanted facet normals, (F, 3).
+
+    Returns:
+        Positions, (V, 3), each that of ``pos`` or of ``before``, in which no face is turned away from its wanted normal
+        that was not before.
+
+    Examples:
+        >>> before = torch.tensor([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]])
+        >>> folded = torch.tensor([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0.1, 0.1, 0]])
+        >>> face = torch.tensor([[0, 1], [1, 3], [2, 2]])
+        >>> without_flips(folded, before, face, torch.tensor([[0.0, 0, 1], [0, 0, 1]]))[3].tolist()
+        [1.0, 1.0, 0.0]
+    """
+    center = before.mean(dim=0)
+    start, moved = ((where - center).detach().cpu().double().numpy() for where in (before, pos))
+    upright = moved.copy()
+    corner = np.ascontiguousarray(face.cpu().t().numpy())
+    _take_back_flips(upright, start, corner, np.ascontiguousarray(normal.detach().cpu().double().numpy()))
+    stays = torch.from_numpy((upright == moved).all(axis=1)).to(pos.device)
+    return torch.where(stays[:, None], pos, before)
 
 
 @njit(cache=True, nogil=True)
