@@ -18,6 +18,7 @@ from dnf_pyg.report import write_report
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 SIZE = {"width": 1100, "height": 900}
+PATIENCE = 300  # seconds, until an answer is given up: much more than a busy machine takes
 
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium here (Debian: apt-get install chromium)")
 
@@ -37,8 +38,8 @@ class Browser:
             stderr=subprocess.DEVNULL,
         )
         self.number, self.rest, self.events, self.session = 0, b"", [], None
-        target = next(t for t in self.send("Target.getTargets")["targetInfos"] if t["type"] == "page")
-        self.session = self.send("Target.attachToTarget", targetId=target["targetId"], flatten=True)["sessionId"]
+        target = self.send("Target.createTarget", url="about:blank")["targetId"]  # the browser's own may come later
+        self.session = self.send("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
         for domain in ("Page", "Runtime", "Log", "Network"):
             self.send(f"{domain}.enable")
         self.send("Emulation.setDeviceMetricsOverride", **SIZE, deviceScaleFactor=1, mobile=False)
@@ -56,7 +57,7 @@ class Browser:
                 return answer["result"]
             self.events.append(answer)
 
-    def receive(self, seconds=60):
+    def receive(self, seconds=PATIENCE):
         while b"\0" not in self.rest:
             ready, _, _ = select.select([self.from_browser[0]], [], [], seconds)
             assert ready, "Chromium does not answer"
@@ -69,7 +70,7 @@ class Browser:
 
     def open(self, path):
         self.send("Page.navigate", url=path.as_uri())
-        deadline = time.monotonic() + 60
+        deadline = time.monotonic() + PATIENCE
         while (
             self.evaluate("document.readyState === 'complete' && location.protocol === 'file:'").get("value")
             is not True
