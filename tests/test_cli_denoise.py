@@ -79,6 +79,19 @@ def test_mask_from_a_file(call, noisy_file, tmp_path):
     assert stays[mesh.pos[:, 0] > 0].double().mean() < 0.2
 
 
+def test_mask_of_several_meshes_is_a_property_of_each(call, noisy_file, tmp_path):
+    mesh = trimesh.load(noisy_file, process=False)
+    mesh.vertex_attributes["keep"] = (mesh.vertices[:, 0] > 0).astype(np.float32)
+    (tmp_path / "out").mkdir()
+    for name in ("a.ply", "b.ply"):
+        mesh.export(tmp_path / name)
+    assert call(tmp_path / "a.ply", tmp_path / "b.ply", "-o", tmp_path / "out", "--mask", "keep")[0] == 0
+    for name in ("a.ply", "b.ply"):
+        before, after = read_mesh(tmp_path / name).pos, read_mesh(tmp_path / "out" / name).pos
+        assert torch.equal(after[before[:, 0] <= 0], before[before[:, 0] <= 0])
+        assert not torch.equal(after, before)
+
+
 def test_folder_goes_on_after_a_bad_file_and_resumes(call, noisy_file, tmp_path):
     folder, out = tmp_path / "in", tmp_path / "out"
     folder.mkdir()
@@ -99,6 +112,47 @@ def test_folder_goes_on_after_a_bad_file_and_resumes(call, noisy_file, tmp_path)
     assert err.count("skipped") == 2
     assert (out / "a.ply").stat().st_mtime_ns == before
     assert (out / "b.ply").read_bytes() == (out / "a.ply").read_bytes()
+
+
+def test_one_input_into_a_folder(call, noisy_file, tmp_path):
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / noisy_file.name).write_bytes(b"")
+    assert call(noisy_file, "-o", tmp_path / "out")[0] == 2  # not left out in silence, as one of many is
+    assert call(noisy_file, "-o", tmp_path / "out", "--overwrite", "--picture", tmp_path / "out" / "a.png")[0] == 0
+    assert read_mesh(tmp_path / "out" / noisy_file.name).face.size(1) == 768
+
+
+def test_folder_passes_over_what_is_no_mesh_and_names_each_in_warnings(call, noisy_file, tmp_path):
+    folder = tmp_path / "in"
+    (folder / "old.ply").mkdir(parents=True)
+    (folder / "._a.ply").write_bytes(b"left by another system")
+    for name in ("a.ply", "b.PLY"):
+        (folder / name).write_bytes(noisy_file.read_bytes())
+    status, _, err = call(folder, "-o", folder, "--overwrite")  # in place
+    assert status == 0
+    assert [f"warning: {folder / name}: " in err for name in ("a.ply", "b.PLY", "._a.ply", "old.ply")] == [
+        True,
+        True,
+        False,
+        False,
+    ]
+    assert (folder / "a.ply").read_bytes() != noisy_file.read_bytes()
+
+
+def test_fault_of_the_program_stops_one_of_many_only(call, noisy_file, tmp_path, monkeypatch):
+    trimesh.creation.box().export(tmp_path / "box.ply")
+    (tmp_path / "out").mkdir()
+
+    def faulty(path):
+        if path.name == "box.ply":
+            raise ZeroDivisionError("by a fault")
+        return read_mesh(path)
+
+    monkeypatch.setattr("dnf_pyg.commands.denoise.read_mesh", faulty)
+    status, _, err = call(tmp_path / "box.ply", noisy_file, "-o", tmp_path / "out")
+    assert status == 2
+    assert "box.ply: ZeroDivisionError('by a fault')" in err.splitlines()[-1]
+    assert [path.name for path in (tmp_path / "out").iterdir()] == [noisy_file.name]
 
 
 def bad_inputs():

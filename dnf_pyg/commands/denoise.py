@@ -39,7 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--overwrite", action="store_true", help="replace outputs that exist (else an error; several inputs: left out)")
     result, running = add_settings(parser)
     result.add_argument("--mask", metavar="FILE_OR_PROPERTY", help="what may move: a .txt or .npy file with a number "
-                        "per vertex or triangle, 0 stays; or the name of such a property of a ply mesh")  # fmt: skip
+                        "per vertex or triangle, 0 stays; or such a property of a ply, glb or gltf mesh")  # fmt: skip
     running.add_argument("--device", default="cpu", help="cpu, cuda, cuda:1, mps (%(default)s)")
     running.add_argument("--threads", type=count, metavar="N", help="threads of the network (as many as cores)")
     add = parser.add_argument_group("what is shown").add_argument

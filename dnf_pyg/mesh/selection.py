@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from dnf_pyg.errors import MeshFileError
-from dnf_pyg.mesh.formats import PlyDocument
 from dnf_pyg.mesh.io import MeshFile
 
 __all__ = ["read_selection"]
@@ -22,7 +21,8 @@ def read_selection(source: str | Path, mesh: MeshFile) -> Tensor:
     Args:
         source: A text file (numbers, ``true`` or ``false``, apart by blanks, commas or lines) or ``.npy`` file with one
             number per vertex or per triangle, selected where it is not 0; or the name of a vertex or face property of a
-            ply mesh. If there are as many triangles as vertices, the numbers are those of vertices.
+            ply mesh, or of a vertex attribute of a glb or gltf mesh (without the ``_`` before it). If there are as many
+            triangles as vertices, the numbers are those of vertices.
         mesh: The mesh.
 
     Returns:
@@ -64,8 +64,7 @@ def _values(source: str | Path, mesh: MeshFile) -> NDArray[np.float64]:
                 return np.load(path, allow_pickle=False).astype(np.float64).ravel()
             words = path.read_text(encoding="utf-8").replace(",", " ").lower().split()
             return np.array([_WORDS.get(word, word) for word in words], dtype=np.float64)
-        if isinstance(mesh.document, PlyDocument):
-            return mesh.document.property(str(source))
+        return mesh.document.property(str(source))
     except KeyError:
         pass
     except (OSError, ValueError) as error:
@@ -74,5 +73,5 @@ def _values(source: str | Path, mesh: MeshFile) -> NDArray[np.float64]:
         ) from error
     raise MeshFileError(
         f"Expected a mask (got '{source}', which is no file and no property of the mesh): give one number per vertex "
-        "or triangle in a .txt or .npy file, or the name of a property of a ply mesh"
+        "or triangle in a .txt or .npy file, or the name of a property of a ply, glb or gltf mesh"
     )

@@ -44,3 +44,21 @@ def test_says_what_is_wrong(box, tmp_path):
     ):
         with pytest.raises(MeshFileError, match=text):
             read_selection(source, box)
+
+
+def test_attribute_of_a_glb_mesh(tmp_path):
+    scene = trimesh.Scene()
+    for number in range(2):
+        made = trimesh.creation.box(extents=(1, 1, 1 + number))
+        made.vertex_attributes["_keep" if number else "_other"] = np.arange(8, dtype=np.float32) % 2
+        made.vertex_attributes["_where"] = made.vertices.astype(np.float32)
+        scene.add_geometry(made)
+    for name in ("scene.glb", "scene.gltf"):
+        data = scene.export(file_type=name[6:])
+        files = data if isinstance(data, dict) else {name: data}
+        for inside, content in files.items():
+            (tmp_path / inside.replace("model.gltf", name)).write_bytes(content)
+        mesh = read_mesh(tmp_path / name)
+        assert read_selection("keep", mesh).tolist() == [False] * 8 + [False, True] * 4
+        with pytest.raises(MeshFileError, match="3 numbers per vertex"):
+            read_selection("_where", mesh)

@@ -50,6 +50,15 @@ class Document(ABC):
         """Names of other files that this one refers to, relative to its folder."""
         return []
 
+    def property(self, name: str) -> Floats:
+        """Numbers of that name in the file, one per vertex or triangle.
+
+        Raises:
+            KeyError: If there are none.
+            ValueError: If there is no single one per vertex or triangle.
+        """
+        raise KeyError(name)
+
     def moved(self, pos: Floats) -> Ints:
         """Vertices whose position differs from the file's, in rising order."""
         return np.flatnonzero((pos != self.pos).any(axis=1))

@@ -40,6 +40,10 @@ class GlbDocument(Document):
         """Write the same as the text of a gltf file."""
         return gltf_text(self.scene.tree, dict(enumerate(self.scene.buffers)))
 
+    def property(self, name: str) -> Floats:
+        """Numbers of a vertex attribute, (V,): ``_NAME`` in the file, 0 where a part of the scene has none."""
+        return self.scene.property(name)
+
     def _rewritten(self, pos: Floats) -> bytes:
         tree, buffers = self.scene.moved(pos, self.moved(pos))
         changed = [i for i, before in enumerate(self.scene.buffers) if before != buffers[i] and i != self.inside]

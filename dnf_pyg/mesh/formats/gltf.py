@@ -33,6 +33,10 @@ class GltfDocument(Document):
         """Textures and buffers beside the file."""
         return uris_beside(self.scene.tree, "images") + uris_beside(self.scene.tree, "buffers")
 
+    def property(self, name: str) -> Floats:
+        """Numbers of a vertex attribute, (V,): ``_NAME`` in the file, 0 where a part of the scene has none."""
+        return self.scene.property(name)
+
     def _rewritten(self, pos: Floats) -> bytes:
         tree, buffers = self.scene.moved(pos, self.moved(pos))
         changed = [i for i, before in enumerate(self.scene.buffers) if before != buffers[i]]

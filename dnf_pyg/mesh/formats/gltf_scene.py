@@ -87,6 +87,30 @@ class GltfScene:
             triangles[1::2] = triangles[1::2, [1, 0, 2]]
         return triangles + span.start
 
+    def property(self, name: str) -> Floats:
+        """Numbers of a vertex attribute of the application's own, (V,); glTF writes its name as ``_NAME``.
+
+        Raises:
+            KeyError: If no part of the scene has it.
+            ValueError: If it has several numbers per vertex.
+        """
+        values = np.zeros(len(self.pos))
+        found = False
+        for mesh in self.tree.get("meshes", []):
+            for primitive in mesh["primitives"]:
+                attributes = {key.lower().lstrip("_"): accessor for key, accessor in primitive["attributes"].items()}
+                accessor = attributes.get(name.lower().lstrip("_"))
+                if accessor is None or primitive["attributes"].get("POSITION") not in self.spans:
+                    continue
+                stored = self._view(self.buffers, accessor)
+                if stored.shape[1] != 1:
+                    raise ValueError(f"'{name}' has {stored.shape[1]} numbers per vertex")
+                values[self.spans[primitive["attributes"]["POSITION"]]] = stored[:, 0]
+                found = True
+        if not found:
+            raise KeyError(name)
+        return values
+
     def moved(self, pos: Floats, vertices: Ints) -> tuple[dict[str, Any], list[bytes]]:
         """Description and buffers with other positions (V, 3), of which ``vertices`` differ."""
         tree = copy.deepcopy(self.tree)
