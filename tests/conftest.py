@@ -5,8 +5,11 @@ from pathlib import Path
 import pytest
 import torch
 import trimesh
+from hypothesis import HealthCheck, settings
 
 torch.set_num_threads(1)  # tiny inputs: threads cost more than they bring
+settings.register_profile("untimed", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.load_profile("untimed")  # a busy machine fails no test
 
 
 def as_tensors(mesh: trimesh.Trimesh) -> tuple[torch.Tensor, torch.Tensor]:
@@ -65,7 +68,7 @@ def cnr_folder(tmp_path_factory):
     root = tmp_path_factory.mktemp("cnr")
     generator = torch.Generator().manual_seed(0)
     shapes = {"ball": trimesh.creation.icosphere(subdivisions=2), "box": trimesh.creation.box().subdivide_loop(3)}
-    for subset in ("Synthetic", "Kinect_v1"):
+    for subset in ("Synthetic", "Kinect_v1", "Kinect_v2", "Kinect_Fusion"):
         for split, names in (("train", ("ball", "box")), ("test", ("ball",))):
             for part in ("original", "noisy"):
                 (root / subset / split / part).mkdir(parents=True)

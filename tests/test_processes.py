@@ -39,7 +39,7 @@ def test_no_thread_of_a_group_is_left_at_the_end(tmp_path):
         for rank in range(2)
     ]
     for process in both:
-        out, error = process.communicate(timeout=300)
+        out, error = process.communicate(timeout=900)
         assert process.returncode == 0, error.decode()
         before, failures, after = out.decode().splitlines()
         assert int(before) > 0

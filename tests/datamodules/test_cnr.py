@@ -12,7 +12,9 @@ def module(root, cache, **options):
     return CNRDataModule(str(root), cache=str(cache), num_patches=3, patch_size=40, k=8, batch_size=2, **options)
 
 
-@pytest.mark.parametrize(("subset", "count"), [("Synthetic", 4), ("Kinect_v1", 2)])
+@pytest.mark.parametrize(
+    ("subset", "count"), [("Synthetic", 4), ("Kinect_v1", 2), ("Kinect_v2", 2), ("Kinect_Fusion", 2)]
+)
 def test_pairs_of_the_published_layout(cnr_folder, subset, count):
     pairs = cnr_pairs(cnr_folder, subset, "train")
     assert len(pairs) == count

@@ -75,7 +75,7 @@ def folder(tmp_path_factory):
     script.write_text(SCRIPT)
     for processes in (1, 2):
         command = [sys.executable, script, folder / "clean", folder / "cache", folder, str(processes)]
-        done = subprocess.run([str(word) for word in command], capture_output=True, text=True, timeout=200)
+        done = subprocess.run([str(word) for word in command], capture_output=True, text=True, timeout=900)
         assert done.returncode == 0, done.stderr
     return folder
 

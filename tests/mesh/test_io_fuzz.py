@@ -62,7 +62,7 @@ def test_mutated_files(originals, tmp_path):
         name = names[number % len(names)]
         path = tmp_path / f"fuzzed_{name}"
         path.write_bytes(mutated(originals[name], draw))
-        start = time.monotonic()
+        start = time.process_time()
         try:
             mesh = read_mesh(path)
             validate_mesh(mesh.pos, mesh.face)
@@ -74,7 +74,7 @@ def test_mutated_files(originals, tmp_path):
         except DNFError as error:
             told.append(str(error))
             assert list(out.iterdir()) == [], (number, name)
-        slowest = max(slowest, time.monotonic() - start)
+        slowest = max(slowest, time.process_time() - start)
     assert all(text.startswith("Expected") and "\n" not in text for text in told)
     assert 0.05 * FILES < read < 0.95 * FILES
-    assert slowest < 10
+    assert slowest < 10  # processor seconds: none hangs, however busy the machine is
