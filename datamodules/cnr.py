@@ -49,12 +49,14 @@ def cnr_pairs(root: str | Path, subset: str, split: str) -> list[tuple[Path, Pat
 class CNRDataModule(PatchDataModule):
     """Patches of one subset of the CNR benchmark.
 
+    Source: Li et al. 2020, Sec. 3.5, for the numbers of patches and of faces.
+
     Args:
         root: Folder that holds the subsets.
         subset: ``Synthetic``, ``Kinect_v1``, ``Kinect_v2`` or ``Kinect_Fusion``.
-        num_patches: Patches per noisy mesh.
+        num_patches: Patches per noisy mesh; the paper's if not given: 100, or 200 of the Kinect subsets.
         patch_size: Faces per patch.
-        k: Nearest faces kept for each face.
+        k: Nearest faces kept for each face; the paper's if not given: 50, or 150 of the Kinect subsets.
         growth: How patches grow; by Dijkstra's algorithm if not given, else :class:`~dnf_pyg.mesh.HeatGrowth`.
         batch_size: Patches per batch.
         val_share: Share of the training meshes held back for validation, with all their noisy versions.
@@ -70,9 +72,9 @@ class CNRDataModule(PatchDataModule):
         self,
         root: str,
         subset: Literal["Synthetic", "Kinect_v1", "Kinect_v2", "Kinect_Fusion"] = "Synthetic",
-        num_patches: int = 100,
+        num_patches: int | None = None,
         patch_size: int = 800,
-        k: int = 50,
+        k: int | None = None,
         growth: Growth | None = None,
         batch_size: int = 10,
         val_share: float = 0.1,
@@ -84,7 +86,10 @@ class CNRDataModule(PatchDataModule):
         seed: int = 0,
     ) -> None:
         super().__init__(batch_size, num_workers, rotate, jitter, growth, broken)
-        self.remember(locals(), "growth")
+        synthetic = subset == "Synthetic"
+        num_patches = (100 if synthetic else 200) if num_patches is None else num_patches
+        k = (50 if synthetic else 150) if k is None else k
+        self.remember(locals(), "growth", "synthetic")
 
     def dataset(self, split: str) -> Dataset:
         """Patches of ``train``, ``val`` or ``test``."""

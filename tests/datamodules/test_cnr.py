@@ -43,9 +43,23 @@ def test_list_files_decide(cnr_folder):
         listing.unlink()
 
 
-def test_missing_folder_names_the_source(tmp_path):
-    with pytest.raises(DataError, match="Cascaded Normal Regression"):
+def test_missing_folder_names_the_source_and_the_layout(tmp_path):
+    text = r"Synthetic.train.original\).*Cascaded Normal Regression.*project page.*ROOT/SUBSET/\{train,test\}/"
+    with pytest.raises(DataError, match=text):
         cnr_pairs(tmp_path, "Synthetic", "train")
+
+
+@pytest.mark.parametrize(
+    ("subset", "numbers"),
+    [("Synthetic", (100, 800, 50)), *((f"Kinect_{kind}", (200, 800, 150)) for kind in ("v1", "v2", "Fusion"))],
+)
+def test_numbers_are_those_of_the_paper_unless_given(subset, numbers):
+    names = ("num_patches", "patch_size", "k")
+    options = CNRDataModule("absent", subset).options
+    assert tuple(options[name] for name in names) == numbers
+    given = CNRDataModule("absent", subset, num_patches=3, k=8).options
+    assert (given.num_patches, given.k) == (3, 8)
+    assert "synthetic" not in options
 
 
 def test_the_benchmark_itself(cnr_root):
