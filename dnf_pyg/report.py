@@ -7,6 +7,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
+from importlib.metadata import version
 from importlib.resources import files
 from pathlib import Path
 from types import MappingProxyType
@@ -163,7 +164,7 @@ def write_report(
         "figures": _figure_table(figures),
         "settings": _figure_table({name: (str(value),) for name, value in settings.items()}),
         "histograms": "".join(_histogram(mode) for mode in modes.values()),
-        "footer": "Made by dnf-pyg. Everything that this page shows is inside it.",
+        "footer": f"Made by dnf-pyg {version('dnf-pyg')}. Everything that this page shows is inside it.",
         "data": json.dumps(_view_data(before, after, face, modes)).replace("<", "\\u003c"),
     }
     write_bytes(Path(path), re.sub(r"\{\{(\w+)\}\}", lambda found: content[found[1]], page).encode())
@@ -226,7 +227,10 @@ def _figure_table(rows: Mapping[str, Sequence[str]]) -> str:
 
 def _histogram(mode: _Mode, num_bins: int = 60) -> str:
     """Share of vertices or faces over the values of a mode, as a section with a drawing."""
-    sides = {"after": mode.after} if mode.before is mode.after else {"before": mode.before, "after": mode.after}
+    sides = {"before": mode.before, "after": mode.after}
+    names = {"before": "before", "after": "after"}
+    if mode.before is mode.after:  # the movement between the two, which belongs to neither
+        sides, names = {"after": mode.after}, {"after": "all vertices"}
     counts = {key: torch.histc(value.float(), num_bins, 0, mode.most) for key, value in sides.items()}
     highest = max(float(count.max()) for count in counts.values()) or 1.0
     left, bottom, width, height = 8.0, 150.0, 404.0, 140.0
@@ -246,6 +250,6 @@ def _histogram(mode: _Mode, num_bins: int = 60) -> str:
     for key, value in sides.items():
         beyond = float((value > mode.most).double().mean())
         more = f", {beyond:.1%} beyond {mode.most:.3g}" if beyond >= 5e-4 else ""
-        keys += f'<span class="key"><i style="background:var(--{key})"></i>{key}: mean {value.mean():.3g}{more}</span>'
+        keys += f'<span class="key"><i style="background:var(--{key})"></i>{names[key]}: mean {value.mean():.3g}{more}</span>'
     svg = f'<svg viewBox="0 0 420 172" role="img" aria-label="Histogram">{drawing}</svg>'
     return f"<section class=card><h2>{mode.label} ({mode.unit})</h2>{keys}{svg}</section>"

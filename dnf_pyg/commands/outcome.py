@@ -80,7 +80,7 @@ def outcome_figures(values: dict[str, Any]) -> dict[str, tuple[str, ...]]:
     if "before" in values:
         before, after = values["before"], values["after"]
         rows["Mean angle to the clean facet normals θ"] = (f"{before['theta']:.2f}°", f"{after['theta']:.2f}°")
-        rows["Vertex error E_v (mean edge lengths)"] = tuple(f"{side['vertex_error']:.3f}" for side in (before, after))
+        rows["Vertex error Eᵥ (mean edge lengths)"] = tuple(f"{side['vertex_error']:.3f}" for side in (before, after))
         for angle in (5, 10):
             rows[f"Faces within {angle}°"] = tuple(f"{side[f'within_{angle}_degrees']:.1%}" for side in (before, after))
     rows["Faces folded over"] = (str(values["flipped_before"]), str(values["flipped_after"]))
