@@ -27,8 +27,13 @@ __all__ = ["collapse_edges", "flip_edges", "split_edges"]
 
 
 @njit(cache=True)
-def split_edges(pos: ndarray, face: ndarray, label: ndarray, size: ndarray, factor: float) -> tuple:
-    """Split every edge longer than ``factor`` times the wanted size at its middle; arrays grow as needed."""
+def split_edges(
+    pos: ndarray, face: ndarray, label: ndarray, size: ndarray, factor: float
+) -> tuple[ndarray, ndarray, ndarray, ndarray]:
+    """Split edges longer than ``factor`` times the wanted size in the middle, until the mesh has four times the faces.
+
+    Further ones wait for another call: arrays in compiled code cannot grow on.
+    """
     num_vertices, num_faces = pos.shape[0], face.shape[0]
     pos, size = _grow(pos, 4 * num_vertices), np.append(size, np.zeros(3 * num_vertices))
     face, label = _grow(face, 4 * num_faces), np.append(label, np.zeros(3 * num_faces, dtype=np.int64))
