@@ -1,0 +1,57 @@
+"""Every source file has its test file at the same place, or is named here beside the file that tests it."""
+
+from pathlib import Path
+
+import pytest
+
+TESTS = Path(__file__).parent
+ROOT = TESTS.parent
+SOURCES = sorted(
+    path.relative_to(ROOT)
+    for top in ("dnf_pyg", "datamodules")
+    for path in (ROOT / top).rglob("*.py")
+    if path.name != "__init__.py"
+)
+ELSEWHERE = {  # parts that only show in what is made of them
+    "datamodules/test_broken.py": ["datamodules/clean_meshes.py"],
+    "commands/test_predict.py": ["datamodules/mesh_files.py", "dnf_pyg/prediction.py"],
+    "test_bad_input.py": ["dnf_pyg/errors.py"],
+    "test_cli.py": [f"dnf_pyg/commands/{name}.py" for name in ("add_noise", "compare", "configs", "make_shape")],
+    "test_cli_denoise.py": ["dnf_pyg/commands/denoise.py", "dnf_pyg/commands/outcome.py"],
+    "commands/test_benchmark.py": ["dnf_pyg/commands/methods.py"],
+    "commands/test_experiment.py": [
+        f"dnf_pyg/experiments/{name}.py" for name in ("ablation", "scores", "series_report")
+    ],
+    "test_denoise.py": ["dnf_pyg/filtering.py"],
+    "baselines/test_bilateral.py": ["dnf_pyg/baselines/filtered.py"],
+    "data/test_seeds.py": ["dnf_pyg/data/coverage.py"],
+    "data/test_datasets.py": ["dnf_pyg/data/mesh_dataset.py"],
+    "mesh/test_io.py": ["dnf_pyg/mesh/convert.py"],
+    "mesh/test_geodesic.py": ["dnf_pyg/mesh/dijkstra.py"],
+    "mesh/formats/test_obj.py": ["dnf_pyg/mesh/formats/document.py"],
+    "mesh/formats/test_gltf.py": [f"dnf_pyg/mesh/formats/{name}.py" for name in ("glb", "gltf_nodes", "gltf_scene")],
+    "mesh/formats/test_ply.py": [f"dnf_pyg/mesh/formats/{name}.py" for name in ("ply_body", "ply_header")],
+    "mesh/shapes/test_topology.py": ["dnf_pyg/mesh/shapes/incidence.py"],
+    "mesh/test_shapes.py": [
+        f"dnf_pyg/mesh/shapes/{name}.py"
+        for name in ("build", "cad", "contour", "displaced", "organic", "placing", "remesh", "sculpted")
+    ],
+}
+TESTED_BY = {source: test for test, sources in ELSEWHERE.items() for source in sources}
+
+
+def mirror(source):
+    """Where the tests of a source file belong."""
+    inside = source.relative_to("dnf_pyg") if source.parts[0] == "dnf_pyg" else source
+    return inside.with_name(f"test_{source.name}")
+
+
+@pytest.mark.parametrize("source", SOURCES, ids=str)
+def test_has_its_tests(source):
+    own = mirror(source)
+    assert (TESTS / TESTED_BY.get(str(source), own)).is_file(), f"write tests/{own}"
+    assert str(source) not in TESTED_BY or not (TESTS / own).is_file(), f"tests/{own} is there: no need to name another"
+
+
+def test_nothing_is_named_that_is_gone():
+    assert set(TESTED_BY) <= {str(source) for source in SOURCES}
