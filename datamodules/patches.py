@@ -1,5 +1,6 @@
 """What the data modules share: loaders over patch data sets, one per split."""
 
+import warnings
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, Literal
@@ -131,6 +132,7 @@ class PatchDataModule(LightningDataModule):
 
     def train_dataloader(self) -> DataLoader:
         """Training patches, shuffled and augmented, in an order and with noise that seed and epoch decide."""
+        warnings.filterwarnings("ignore", message="You're resuming from a checkpoint that ended before")  # it can
         seed = int(self.options.get("seed", 0))
         items = SeededItems(self.dataset("train"), seed)
         return DataLoader(

@@ -3,12 +3,16 @@
 import argparse
 import warnings
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import torch
+from lightning.pytorch import Trainer
 from lightning.pytorch.cli import LightningArgumentParser, LightningCLI
+from lightning.pytorch.loggers import CSVLogger
 
 from dnf_pyg.commands.configs import find_config
+from dnf_pyg.commands.run_folder import keep_curve, last_checkpoint, number_loggers, unnumbered_loggers
 from dnf_pyg.errors import DataError
 from dnf_pyg.module import NormalFilteringModule
 
@@ -16,11 +20,38 @@ __all__ = ["run"]
 
 
 class TrainingCLI(LightningCLI):
-    """LightningCLI that raises on a wrong key or value instead of printing a usage text."""
+    """LightningCLI that raises on a wrong key or value instead of printing a usage text.
+
+    All loggers of a run write into one folder. With ``--ckpt_path last`` the run that wrote the newest ``last.ckpt``
+    goes on in its folder: each logger would begin a new one by itself, in which Lightning finds no such checkpoint.
+    """
 
     def init_parser(self, **kwargs: Any) -> LightningArgumentParser:
         """Make the parser of the command line."""
         return super().init_parser(**kwargs, exit_on_error=False)
+
+    def before_instantiate_classes(self) -> None:
+        """Settle which folder this run writes into."""
+        options = self.config[self.subcommand]
+        self._numbered = unnumbered_loggers(options.trainer.logger)
+        last = last_checkpoint(self._numbered) if options.ckpt_path == "last" else None
+        number_loggers(self._numbered, last if self.subcommand == "fit" else None)
+        if last is not None:
+            options.ckpt_path = str(last)
+
+    def instantiate_trainer(self, **kwargs: Any) -> Trainer:
+        """Make the trainer; the config that is kept beside its results is for any further run."""
+        for logger in self._numbered:
+            logger.init_args.version = None
+        return super().instantiate_trainer(**kwargs)
+
+    def before_fit(self) -> None:
+        """Keep the curve of a run before this one in the same folder."""
+        for logger in self.trainer.loggers:
+            if isinstance(logger, CSVLogger):
+                keep_curve(Path(logger.log_dir))
+
+    before_validate = before_test = before_fit
 
 
 def run(words: Sequence[str]) -> None:

@@ -1,0 +1,125 @@
+"""The command ``dnf-pyg fit``: where a run writes, and how it goes on after it was stopped."""
+
+import csv
+
+import pytest
+import trimesh
+import yaml
+
+from dnf_pyg.cli import main
+
+LOGGERS = ("TensorBoardLogger", "CSVLogger")
+
+
+@pytest.fixture
+def config(tmp_path, monkeypatch):
+    """A small run of three epochs of four steps, which keeps its last step and has no folder of its own."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "clean").mkdir()
+    for number in range(3):
+        box = trimesh.creation.box(extents=(1, 2, 1 + number)).subdivide().subdivide()
+        box.export(tmp_path / "clean" / f"box{number}.ply")
+    last = {"monitor": "val/theta", "filename": "best", "save_last": True}
+    often = {"filename": "step", "every_n_train_steps": 1, "save_last": True, "enable_version_counter": False}
+    content = {
+        "seed_everything": 0,
+        "trainer": {
+            "max_epochs": 3,
+            "accelerator": "cpu",
+            "log_every_n_steps": 1,
+            "enable_progress_bar": False,
+            "enable_model_summary": False,
+            "logger": [
+                {"class_path": f"lightning.pytorch.loggers.{name}", "init_args": {"save_dir": "runs", "name": "small"}}
+                for name in LOGGERS
+            ],
+            "callbacks": [
+                {"class_path": "lightning.pytorch.callbacks.ModelCheckpoint", "init_args": options}
+                for options in (last, often)
+            ],
+        },
+        "model": {
+            "net": {
+                "class_path": "dnf_pyg.nn.DNFNet",
+                "init_args": {"k": [3, 5, 8], "channels": [8, 8, 8], "embedding_channels": 8, "residual_k": 4},
+            }
+        },
+        "data": {
+            "class_path": "datamodules.CleanMeshesDataModule",
+            "init_args": {"root": "clean", "num_patches": 4, "patch_size": 40, "k": 8, "batch_size": 2},
+        },
+    }
+    (tmp_path / "small.yaml").write_text(yaml.safe_dump(content))
+    return tmp_path
+
+
+def fit(*words, command="fit"):
+    assert main([command, "-c", "small.yaml", *words]) == 0
+
+
+def curve(*paths):
+    """Loss of each step; steps done again overwrite."""
+    rows = [row for path in paths for row in csv.DictReader(path.read_text().splitlines()) if row["train/loss"]]
+    return {int(row["step"]): float(row["train/loss"]) for row in rows}
+
+
+def test_stopped_run_goes_on_in_its_folder_with_the_same_curve(config):
+    fit()
+    (config / "runs").rename(config / "whole")
+    fit("--trainer.max_steps=6")  # in the middle of the second epoch
+    best = config / "runs" / "small" / "version_0" / "checkpoints" / "best.ckpt"
+    before = best.stat().st_mtime_ns
+    fit("--ckpt_path=last")
+    folder = config / "runs" / "small" / "version_0"
+    assert [path.name for path in folder.parent.iterdir()] == ["version_0"]
+    first, second = folder / "metrics-1.csv", folder / "metrics.csv"
+    whole = curve(config / "whole" / "small" / "version_0" / "metrics.csv")
+    assert sorted(whole) == list(range(12))
+    assert sorted(curve(first)) == list(range(6))
+    assert sorted(curve(second)) == list(range(6, 12))
+    assert curve(first, second) == pytest.approx(whole, abs=1e-6)
+    assert len(list(folder.glob("events.out.tfevents*"))) == 2
+    assert sorted(path.name for path in best.parent.glob("best*")) == ["best.ckpt"]
+    assert best.stat().st_mtime_ns > before
+
+
+def test_launched_again_begins_the_next_folder_with_all_of_its_own(config):
+    for number in range(2):
+        fit("--trainer.max_epochs=1")
+        folder = config / "runs" / "small" / f"version_{number}"
+        names = {path.name.partition(".")[0] for path in folder.iterdir()}
+        assert names == {"checkpoints", "config", "events", "hparams", "metrics"}
+    kept = yaml.safe_load((folder / "config.yaml").read_text())
+    assert [logger["init_args"]["version"] for logger in kept["trainer"]["logger"]] == [None, None]
+    (folder / "config.yaml").rename(config / "small.yaml")  # what is kept can be launched
+    fit("--trainer.max_epochs=1")
+    assert (config / "runs" / "small" / "version_2" / "metrics.csv").is_file()
+
+
+def test_newest_last_checkpoint_is_tested_in_a_folder_of_its_own(config):
+    fit("--trainer.max_epochs=1")
+    curves = (config / "runs" / "small" / "version_0" / "metrics.csv").read_bytes()
+    fit("--ckpt_path=last", command="test")
+    assert (config / "runs" / "small" / "version_0" / "metrics.csv").read_bytes() == curves
+    tested = (config / "runs" / "small" / "version_1" / "metrics.csv").read_text()
+    fit("--ckpt_path=runs/small/version_0/checkpoints/last.ckpt", command="test")
+    assert (config / "runs" / "small" / "version_2" / "metrics.csv").read_text() == tested
+
+
+def test_first_launch_may_ask_for_the_last_checkpoint(config):
+    fit("--ckpt_path=last", "--trainer.max_epochs=1")
+    assert sorted(curve(config / "runs" / "small" / "version_0" / "metrics.csv")) == list(range(4))
+
+
+def test_folder_that_is_named_is_used_again_and_earlier_curves_stay(config):
+    content = yaml.safe_load((config / "small.yaml").read_text())
+    for logger in content["trainer"]["logger"]:
+        logger["init_args"]["version"] = ""
+    (config / "small.yaml").write_text(yaml.safe_dump(content))
+    fit("--trainer.max_epochs=1")
+    fit("--trainer.max_epochs=2", "--ckpt_path=last")
+    fit("--trainer.max_epochs=1")
+    folder = config / "runs" / "small"
+    assert not list(folder.glob("version_*"))
+    steps = [sorted(curve(folder / name)) for name in ("metrics-1.csv", "metrics-2.csv", "metrics.csv")]
+    assert steps == [list(range(4)), list(range(4, 8)), list(range(4))]
