@@ -250,6 +250,7 @@ def _histogram(mode: _Mode, num_bins: int = 60) -> str:
     for key, value in sides.items():
         beyond = float((value > mode.most).double().mean())
         more = f", {beyond:.1%} beyond {mode.most:.3g}" if beyond >= 5e-4 else ""
-        keys += f'<span class="key"><i style="background:var(--{key})"></i>{names[key]}: mean {value.mean():.3g}{more}</span>'
+        told = f"{names[key]}: mean {value.mean():.3g}{more}"
+        keys += f'<span class="key"><i style="background:var(--{key})"></i>{told}</span>'
     svg = f'<svg viewBox="0 0 420 172" role="img" aria-label="Histogram">{drawing}</svg>'
     return f"<section class=card><h2>{mode.label} ({mode.unit})</h2>{keys}{svg}</section>"
