@@ -25,6 +25,7 @@ SCRIPT = textwrap.dedent(
     from lightning.pytorch import Callback, Trainer, seed_everything
     from datamodules import CleanMeshesDataModule
     from dnf_pyg.callbacks import MeshValidation
+    from dnf_pyg.data import mesh_dataset
     from dnf_pyg.module import NormalFilteringModule
     from dnf_pyg.nn import DNFNet
 
@@ -43,6 +44,8 @@ SCRIPT = textwrap.dedent(
             with open(f"{out}/{processes}-{trainer.global_rank}.json", "w") as file:
                 json.dump(self.rows, file)
 
+    prepared, write_entry = [], mesh_dataset.write_entry
+    mesh_dataset.write_entry = lambda folder, arrays: (prepared.append(folder.name), write_entry(folder, arrays))
     torch.set_num_threads(1)
     seed_everything(0)
     data = CleanMeshesDataModule(root, num_patches=8, patch_size=40, k=8, batch_size=4 // processes, val_share=0.3,
@@ -57,7 +60,7 @@ SCRIPT = textwrap.dedent(
     data.hparams.num_patches = 7  # not a multiple of the processes
     theta = trainer.test(module, data, verbose=False)[0]["test/theta"]
     with open(f"{out}/theta-{processes}-{trainer.global_rank}.json", "w") as file:
-        json.dump({"test": theta, "mesh": mesh_theta}, file)
+        json.dump({"test": theta, "mesh": mesh_theta, "prepared": sorted(prepared)}, file)
     running = threads()
     """
 )
@@ -74,7 +77,7 @@ def folder(tmp_path_factory):
     script = folder / "train.py"
     script.write_text(SCRIPT)
     for processes in (1, 2):
-        command = [sys.executable, script, folder / "clean", folder / "cache", folder, str(processes)]
+        command = [sys.executable, script, folder / "clean", folder / f"cache-{processes}", folder, str(processes)]
         done = subprocess.run([str(word) for word in command], capture_output=True, text=True, timeout=900)
         assert done.returncode == 0, done.stderr
     return folder
@@ -90,6 +93,13 @@ def test_no_thread_of_the_processes_is_left_at_the_end(folder):
     for values in (first, second):  # else such a thread aborts the process now and then
         assert values["running"] > 0 or sys.platform != "linux"
         assert values["left"] == 0
+
+
+def test_one_process_prepares_for_all(folder):
+    alone, first, second = (values["prepared"] for values in read(folder, "theta-1-0", "theta-2-0", "theta-2-1"))
+    assert [name.partition("-")[0] for name in first] == ["box0", "box1", "box1", "box2"]  # box1 again for the test
+    assert first == alone
+    assert second == []
 
 
 def test_padding_is_not_counted(folder):
