@@ -10,6 +10,7 @@ from torch.utils.data import Dataset
 
 from datamodules.clean_meshes import list_meshes
 from datamodules.patches import OnBroken, PatchDataModule
+from dnf_pyg.data.cache import name_entry
 from dnf_pyg.mesh import Growth
 from dnf_pyg.mesh.depth_camera import DepthCamera, KinectV1
 from dnf_pyg.mesh.io import read_mesh, write_mesh
@@ -21,12 +22,13 @@ __all__ = ["DepthCameraDataModule"]
 class DepthCameraDataModule(PatchDataModule):
     """Patches of what a virtual depth camera sees of clean meshes, from several sides.
 
-    The views are made once and kept as pairs of meshes in ``cache/views``.
+    The views are made once and kept as pairs of meshes in ``cache/views``, in a folder for each mesh and camera: where
+    either changes, they are made again.
 
     Args:
         root: Folder of clean meshes.
         cache: Folder for the views and the prepared patches.
-        camera: The camera; a Kinect v1 at 1 metre by default. Use another ``cache`` for another camera.
+        camera: The camera; a Kinect v1 at 1 metre by default.
         names: File names without ending that count; every mesh of the folder if not given.
         num_views: Views of each mesh, from random sides.
         num_patches: Patches per view.
@@ -67,7 +69,7 @@ class DepthCameraDataModule(PatchDataModule):
 
     def prepare_data(self) -> None:
         """Take the pictures that are not there yet, then cut and cache the patches."""
-        views = [(path, view) for name, path in self._files().items() for view in self._views(name)]
+        views = [(path, view) for path in self._files() for view in self._views(path)]
         missing = [(path, view) for path, view in views if not all(part.is_file() for part in view)]
         for path, view in track(missing, "Taking views", console=Console(stderr=True), disable=not missing):
             self._take(path, *view)
@@ -75,18 +77,23 @@ class DepthCameraDataModule(PatchDataModule):
 
     def dataset(self, split: str) -> Dataset:
         """Patches of ``train``, or of the held-back meshes."""
-        pairs = self.share([(None, path) for path in self._files().values()], split)
-        return self.patches([view for _, path in pairs for view in self._views(Path(path).stem)], split)
+        pairs = self.share([(None, path) for path in self._files()], split)
+        return self.patches([view for _, path in pairs for view in self._views(Path(path))], split)
 
-    def _files(self) -> dict[str, Path]:
-        """Mesh files by name."""
+    def _files(self) -> list[Path]:
+        """Mesh files that can be read."""
         files = list_meshes(self.options.root, self.options.names)
-        return {Path(path).stem: Path(path) for _, path in self.sound([(None, path) for path in files.values()])}
+        return [Path(path) for _, path in self.sound([(None, path) for path in files.values()])]
 
-    def _views(self, name: str) -> list[tuple[Path, Path]]:
+    def _views(self, path: Path) -> list[tuple[Path, Path]]:
         """Noisy and clean file of each view of a mesh."""
-        folder = Path(self.options.cache) / "views"
-        stems = [f"{name}-{number}" for number in range(self.options.seed, self.options.seed + self.options.num_views)]
+        camera = {name: repr(value) for name, value in vars(self.camera).items()}
+        folder = (
+            Path(self.options.cache) / "views" / name_entry([path], {"camera": type(self.camera).__name__, **camera})
+        )
+        stems = [
+            f"{path.stem}-{number}" for number in range(self.options.seed, self.options.seed + self.options.num_views)
+        ]
         return [(folder / f"{stem}_noisy.ply", folder / f"{stem}.ply") for stem in stems]
 
     def _take(self, path: Path, noisy: Path, clean: Path) -> None:
