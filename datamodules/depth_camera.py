@@ -87,13 +87,10 @@ class DepthCameraDataModule(PatchDataModule):
 
     def _views(self, path: Path) -> list[tuple[Path, Path]]:
         """Noisy and clean file of each view of a mesh."""
-        camera = {name: repr(value) for name, value in vars(self.camera).items()}
-        folder = (
-            Path(self.options.cache) / "views" / name_entry([path], {"camera": type(self.camera).__name__, **camera})
-        )
-        stems = [
-            f"{path.stem}-{number}" for number in range(self.options.seed, self.options.seed + self.options.num_views)
-        ]
+        options = self.options
+        camera = {name: repr(value) for name, value in {"kind": type(self.camera), **vars(self.camera)}.items()}
+        folder = Path(options.cache) / "views" / name_entry([path], camera)
+        stems = [f"{path.stem}-{number}" for number in range(options.seed, options.seed + options.num_views)]
         return [(folder / f"{stem}_noisy.ply", folder / f"{stem}.ply") for stem in stems]
 
     def _take(self, path: Path, noisy: Path, clean: Path) -> None:
