@@ -7,6 +7,7 @@ import trimesh
 
 from dnf_pyg.cli import main
 from dnf_pyg.commands.experiment import find_run
+from dnf_pyg.experiments import CASES
 from dnf_pyg.nn import DNFNet
 
 
@@ -44,6 +45,22 @@ def test_ablation_takes_finished_runs(data, weights, tmp_path, capsys):
     assert str(weights) in text
     assert "| w/o reg |  | 2.43 |  | 1.13 |" in capsys.readouterr().out
     assert (tmp_path / "out" / "ablation.png").stat().st_size > 5000
+
+
+def test_table_1_from_its_configs_cut_short(data, cnr_folder, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    short = ["--trainer.max_epochs=1", "--trainer.limit_train_batches=2", "--trainer.limit_val_batches=1"]
+    short += [f"--model.net.{option}" for option in ("channels=[8,8,8]", "embedding_channels=8", "residual_k=4")]
+    short += [f"--data.{option}" for option in (f"root={cnr_folder}", "cache=cache", "num_patches=2", "patch_size=60")]
+    for case in CASES.values():
+        assert main(["fit", "-c", case.runs[-1], "--trainer.accelerator=cpu", *short]) == 0
+    assert run("ablation", data, "-o", "out", "--iterations", "2") == 0
+    rows = {(row["case"], row["mesh"]): row for row in table(tmp_path / "out" / "ablation.csv")}
+    thetas = [float(rows[case, mesh]["theta_deg"]) for case in CASES for mesh in ("cube", "sphere")]
+    assert len(set(thetas)) == 12  # a network of its own in each row
+    assert all(0 < theta < 90 for theta in thetas)
+    listed = (tmp_path / "out" / "ablation.md").read_text().partition("## Runs")[2]
+    assert [f"runs/{case.runs[-1]}/version_0/checkpoints/best.ckpt" in listed for case in CASES.values()] == [True] * 6
 
 
 def test_scores_of_methods_and_published_figures(data, weights, tmp_path):
