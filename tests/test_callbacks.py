@@ -111,6 +111,25 @@ def test_averaged_weights_are_what_is_denoised_and_saved(folder, first):
     assert float(trainer.callback_metrics["val/mesh_theta"]) == pytest.approx(expected, rel=1e-5)
 
 
+def test_statistics_of_normalization_are_averaged_too(folder):
+    steps = []
+
+    class Steps(Callback):
+        def on_train_batch_end(self, trainer, module, outputs, batch, batch_idx):
+            steps.append({key: value.clone() for key, value in module.net.state_dict().items()})
+
+    fit(folder, [Steps(), EMAWeightAveraging(decay=0.8), ModelCheckpoint(folder / "out", filename="net")], epochs=3)
+    saved = load_network(folder / "out" / "net.ckpt").state_dict()
+    keys = [key for key, value in saved.items() if value.is_floating_point()]
+    assert any(key.endswith("running_mean") for key in keys)
+    assert any(key.endswith("running_var") for key in keys)
+    for key in keys:
+        expected = steps[0][key]
+        for step in steps[1:]:
+            expected = 0.8 * expected + 0.2 * step[key]
+        torch.testing.assert_close(saved[key], expected)
+
+
 def test_only_every_nth_epoch_and_when_validating(folder):
     callback = MeshValidation([pair(folder)], every_n_epochs=2)
     trainer, module, _ = fit(folder, [callback], logger=CSVLogger(folder), epochs=5)
