@@ -25,12 +25,15 @@ def list_meshes(root: str | Path, names: list[str] | None = None) -> dict[str, P
     """
     folder = Path(root)
     if not folder.is_dir():
-        raise DataError(f"Expected a folder of clean meshes (got {folder}, which does not exist)")
+        raise DataError(f"Expected a folder of clean meshes (got '{folder}', which does not exist): check `root`")
     files = {path.stem: path for path in sorted(folder.iterdir()) if path.suffix.lower() in SUFFIXES}
     names = list(files) if names is None else names
     absent = [name for name in names if name not in files]
     if absent or not names:
-        raise DataError(f"Expected meshes ({', '.join(SUFFIXES)}) in {folder} (got none named {absent or 'anything'})")
+        raise DataError(
+            f"Expected meshes ({', '.join(SUFFIXES)}) in '{folder}' (got none named {absent or 'anything'}): change "
+            "`names`, or leave them out to take every mesh"
+        )
     return {name: files[name] for name in names}
 
 

@@ -69,7 +69,9 @@ class MeshValidation(Callback):
         levels: Sequence[int] | None = None,
     ) -> None:
         if not meshes:
-            raise DataError("Expected 'meshes' with at least one mesh to denoise while training (got none)")
+            raise DataError(
+                "Expected 'meshes' with at least one mesh (got none): name some, or leave MeshValidation out"
+            )
         if every_n_epochs < 1:
             raise ValueError(f"Expected 'every_n_epochs' of at least 1 (got {every_n_epochs})")
         pairs = [(None, item) if isinstance(item, str) else item for item in meshes]
@@ -86,7 +88,9 @@ class MeshValidation(Callback):
         """Read the meshes, so that a wrong one does not end a run hours later."""
         missing = [str(path) for pair in self.files for path in pair if path and not path.is_file()]
         if missing:
-            raise DataError(f"Expected meshes to denoise while training (got no file {', '.join(missing)})")
+            raise DataError(
+                f"Expected meshes to denoise while training (got no file {', '.join(missing)}): check `meshes`"
+            )
         self._cases = {(noisy or clean).stem: self._read(noisy, clean) for noisy, clean in self.files}
 
     def on_validation_batch_start(

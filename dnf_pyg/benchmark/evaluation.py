@@ -19,7 +19,6 @@ __all__ = ["Failure", "run_benchmark"]
 
 Pair = tuple[Path, Path]
 Progress = Callable[[str], None]
-Keep = Callable[[MeshFile, str], Path | None]
 
 
 @dataclass(frozen=True)
@@ -128,13 +127,14 @@ class _Case:
         if noisy.face.shape != clean.face.shape:
             raise MeshError(
                 f"Expected a noisy and a clean mesh with the same faces (got {noisy.face.size(1)} in '{noisy_path}', "
-                f"{clean.face.size(1)} in '{clean_path}')"
+                f"{clean.face.size(1)} in '{clean_path}'): pair it with the mesh that it was made from"
             )
         return cls(noisy, clean)
 
     def measure(self, method: str, parameters: str, data: str, result: Result) -> Row:
         if not result.pos.isfinite().all():
-            raise MeshError("Expected finite coordinates (got some that are not)")
+            wrong = int((~result.pos.isfinite().all(dim=1)).sum())
+            raise MeshError(f"Expected finite coordinates (got {wrong} vertices without, from {method}): leave it out")
         vertex_error = VertexError()
         vertex_error.update(result.pos, self.clean.pos, self.clean.face)
         return Row(

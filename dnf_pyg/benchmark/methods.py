@@ -139,5 +139,8 @@ class OutputFolder:
         paths = [self.folder / f"{noisy}{suffix}" for suffix in SUFFIXES]
         found = next((path for path in paths if path.is_file()), None)
         if found is None:
-            raise MeshFileError(f"Expected a mesh called {noisy} in '{self.folder}' (got none ending in {SUFFIXES})")
+            raise MeshFileError(
+                f"Expected a mesh called {noisy} in '{self.folder}' (got none ending in {', '.join(SUFFIXES)}): name "
+                "it as the noisy mesh"
+            )
         return found

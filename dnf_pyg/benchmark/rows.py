@@ -102,7 +102,9 @@ def read_published(path: Path) -> list[Row]:
     needed = {"mesh", "noise", "method", "theta_deg"}
     missing = sorted(needed - set(lines[0] if lines else ()))
     if missing:
-        raise DataError(f"Expected columns {', '.join(sorted(needed))} in '{path}' (got none called {missing[0]})")
+        raise DataError(
+            f"Expected columns {', '.join(sorted(needed))} in '{path}' (got none called {missing[0]}): add it"
+        )
     rows = []
     for number, line in enumerate(lines, start=2):
         if line["method"] == "noisy":
@@ -110,7 +112,8 @@ def read_published(path: Path) -> list[Row]:
         try:
             theta = float(line["theta_deg"])
         except (TypeError, ValueError) as error:
-            raise DataError(f"Expected degrees in '{path}', line {number} (got '{line['theta_deg']}')") from error
+            reason = f"Expected degrees in '{path}', line {number} (got '{line['theta_deg']}')"
+            raise DataError(f"{reason}: write a number, or leave the line out") from error
         method = f"{line['method']} {line.get('setting') or ''}".strip()
         rows.append(Row(line["mesh"], line["noise"], method, theta, f"from {path.name}"))
     return rows

@@ -26,7 +26,7 @@ def find_config(name: str) -> str:
     if Path(name).is_file():
         return name
     if name.removesuffix(".yaml") not in configs:
-        raise DataError(f"Expected a config file or one of {', '.join(configs)} (got '{name}')")
+        raise DataError(f"Expected a config file or one of {', '.join(configs)} (got '{name}'): check its name")
     return str(configs[name.removesuffix(".yaml")])
 
 

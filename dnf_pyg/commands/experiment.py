@@ -107,7 +107,7 @@ def _ablation(folder: Path, options: argparse.Namespace) -> tuple[str, list[Fail
     for word in options.weights:
         case, weights = split_title(word)
         if case not in CASES or "=" not in word:
-            raise DataError(f"Expected CASE=WEIGHTS with a case of {', '.join(CASES)} (got '{word}')")
+            raise DataError(f"Expected CASE=WEIGHTS with a case of {', '.join(CASES)} (got '{word}'): name one")
         sources[case] = Path(weights)
     if not sources:
         names = ", ".join(name for case in CASES.values() for name in case.runs)
@@ -115,7 +115,10 @@ def _ablation(folder: Path, options: argparse.Namespace) -> tuple[str, list[Fail
     of_paper = {mesh.lower() for mesh in PAPER_MESHES}
     pairs = [pair for pair in pair_meshes(folder) if pair[1].stem.lower() in of_paper]
     if not pairs:
-        raise DataError(f"Expected some of the paper's meshes {', '.join(PAPER_MESHES)} in '{folder}' (got none)")
+        raise DataError(
+            f"Expected some of the paper's meshes {', '.join(PAPER_MESHES)} in '{folder}' (got none): name the folder "
+            "of the CNR benchmark"
+        )
     pairs = selected(pairs, options)
     methods = [network_method(key, str(sources[key]), options) for key in CASES if key in sources]
     rows, failures = run_methods(pairs, methods, _log(options))

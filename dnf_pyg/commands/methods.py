@@ -123,7 +123,9 @@ def selected(pairs: Sequence[Pair], options: argparse.Namespace) -> list[Pair]:
     wanted = options.meshes
     found = [(n, c) for n, c in pairs if wanted is None or matches(n.stem, wanted) or matches(c.stem, wanted)]
     if not found[: options.limit]:
-        raise DataError(f"Expected noisy meshes that match {wanted} and --limit (got none in {options.data})")
+        raise DataError(
+            f"Expected noisy meshes that match {wanted} and --limit (got none in '{options.data}'): widen --meshes"
+        )
     return found[: options.limit]
 
 

@@ -47,7 +47,9 @@ def run(options: argparse.Namespace) -> None:
         sys.stdout.write(_lines(release))
     damaged = [release.name for release in releases if not release.intact]
     if damaged:
-        raise WeightsError(f"Expected weights with the sha256 of their card (got others: {', '.join(damaged)})")
+        raise WeightsError(
+            f"Expected weights with the sha256 of their card (got others: {', '.join(damaged)}): install them again"
+        )
 
 
 def _lines(release: Release) -> str:
@@ -87,7 +89,9 @@ def _measured(path: Path, weights: str) -> dict[str, Any]:
         rows = [Row(**row) for row in content["rows"] if f"weights={weights}," in row["parameters"]]
         data = content["data"]
     except (ValueError, LookupError, TypeError) as error:
-        raise DataError(f"Expected results.json of `dnf-pyg benchmark` (got '{path}': {error})") from error
+        raise DataError(
+            f"Expected results.json of `dnf-pyg benchmark` (got '{path}': {error}): give the file that it wrote"
+        ) from error
     if not rows:
         raise WeightsError(f"Expected results of the weights {weights} in '{path}' (got none): benchmark them first")
     return summarize([row for row in rows if row.method == rows[0].method], data)
@@ -97,4 +101,4 @@ def _text(path: Path) -> str:
     try:
         return path.read_text()
     except (OSError, UnicodeDecodeError) as error:
-        raise DataError(f"Expected a text file (got '{path}': {error})") from error
+        raise DataError(f"Expected a text file (got '{path}': {error}): check the path") from error

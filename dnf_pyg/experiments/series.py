@@ -70,7 +70,9 @@ class Series:
         """
         unknown = [setting for setting in settings if setting not in self.settings]
         if unknown:
-            raise DataError(f"Expected settings from {', '.join(self.settings)} (got '{unknown[0]}')")
+            raise DataError(
+                f"Expected settings from {', '.join(self.settings)} (got '{unknown[0]}'): choose some of these"
+            )
         folder.mkdir(parents=True, exist_ok=True)
         return [self._input(path, setting, folder) for path in clean for setting in settings]
 

@@ -23,5 +23,7 @@ def pair_meshes(folder: Path) -> list[tuple[Path, Path]]:
         if names:
             pairs.append((noisy, clean[max(names, key=len)]))
     if not pairs:
-        raise DataError(f"Expected noisy/NAME_n1.obj and original/NAME.obj in '{folder}' (got no such pair)")
+        raise DataError(
+            f"Expected noisy/NAME_n1.obj and original/NAME.obj in '{folder}' (got no such pair): rename them"
+        )
     return pairs
