@@ -74,12 +74,14 @@ def run(options: argparse.Namespace) -> None:
     net = load_network(options.weights)
     _check_device(options.device)
     failed = []
-    for path, output in outputs.items():
+    for number, (path, output) in enumerate(outputs.items(), start=1):
         if several and output.exists() and not options.overwrite:
             sys.stderr.write(f"{output}: already there, skipped\n")
             continue
         try:
-            _run_one(path, output, net, options, f"{path}: " if several else "")
+            _run_one(path, output, net, options, f" ({number} of {len(inputs)})" if several else "")
+        except BrokenPipeError:
+            raise
         except Exception as error:  # bad input, or a fault of ours or too little memory at one of thousands of files
             if not several:
                 raise
@@ -89,17 +91,17 @@ def run(options: argparse.Namespace) -> None:
         raise DNFError(f"{len(failed)} of {len(inputs)} meshes failed: " + "; ".join(failed))
 
 
-def _run_one(path: Path, output: Path, net: DNFNet, options: argparse.Namespace, name: str) -> None:
+def _run_one(path: Path, output: Path, net: DNFNet, options: argparse.Namespace, place: str) -> None:
     start = time.perf_counter()
     _check_outputs(output, options)
     mesh = read_mesh(path)
     reference = None if options.reference is None else read_reference(options.reference, mesh)
     settings = denoise_settings(options)
     mask = None if options.mask is None else read_selection(options.mask, mesh)
-    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
     console = Console(stderr=True)
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
-        task = bar.add_task(f"filtering {path.name}", total=None)
+        task = bar.add_task(f"filtering {path.name}{place}", total=None)
         result = denoise(
             mesh.mesh,
             net,
@@ -114,7 +116,7 @@ def _run_one(path: Path, output: Path, net: DNFNet, options: argparse.Namespace,
     sys.stdout.write(json.dumps(values) + "\n" if options.json else outcome_text(values))
     sys.stdout.flush()
     for warning in result.warnings:
-        sys.stderr.write(f"warning: {name}{warning}\n")
+        sys.stderr.write(f"warning: {f'{path}: ' if place else ''}{warning}\n")
     if options.picture is not None:
         meshes = {} if reference is None else {"clean": (reference.pos, mesh.face)}
         meshes |= {"noisy": (mesh.pos, mesh.face), "denoised": (result.pos, mesh.face)}
