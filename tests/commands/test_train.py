@@ -1,6 +1,7 @@
-"""The command ``dnf-pyg fit``: where a run writes, and how it goes on after it was stopped."""
+"""The command ``dnf-pyg fit``: its data modules, where a run writes, and how it goes on after it was stopped."""
 
 import csv
+import shutil
 
 import pytest
 import trimesh
@@ -9,6 +10,14 @@ import yaml
 from dnf_pyg.cli import main
 
 LOGGERS = ("TensorBoardLogger", "CSVLogger")
+CAMERA = {"class_path": "dnf_pyg.mesh.depth_camera.KinectV2", "init_args": {"distance": 1.5}}
+DATA = {
+    "CNRDataModule": {"root": "cnr"},
+    "CleanMeshesDataModule": {"root": "clean"},
+    "DepthCameraDataModule": {"root": "clean", "cache": "cache", "num_views": 1, "camera": CAMERA},
+    "GeneratedDataModule": {"root": "generated", "kinds": ["blob"], "num_meshes": 2, "num_faces": 500},
+    "PairsDataModule": {"noisy": "noisy", "clean": "clean", "pattern": "(.+)_noisy"},
+}
 
 
 @pytest.fixture
@@ -55,6 +64,13 @@ def config(tmp_path, monkeypatch):
 
 def fit(*words, command="fit"):
     assert main([command, "-c", "small.yaml", *words]) == 0
+
+
+def with_data(config, name, **options):
+    """The config with another data module."""
+    content = yaml.safe_load((config / "small.yaml").read_text())
+    content["data"] = {"class_path": f"datamodules.{name}", "init_args": {**DATA[name], **options}}
+    (config / "small.yaml").write_text(yaml.safe_dump(content))
 
 
 def curve(*paths):
@@ -123,3 +139,25 @@ def test_folder_that_is_named_is_used_again_and_earlier_curves_stay(config):
     assert not list(folder.glob("version_*"))
     steps = [sorted(curve(folder / name)) for name in ("metrics-1.csv", "metrics-2.csv", "metrics.csv")]
     assert steps == [list(range(4)), list(range(4, 8)), list(range(4))]
+
+
+@pytest.mark.parametrize("name", DATA)
+def test_data_module_by_its_class_path(config, cnr_folder, name):
+    shutil.copytree(cnr_folder, config / "cnr")
+    shutil.copytree(config / "clean", config / "noisy")
+    for path in (config / "noisy").iterdir():
+        path.rename(path.with_stem(f"{path.stem}_noisy"))
+    with_data(config, name, num_patches=2, patch_size=30, k=8, batch_size=2)
+    fit("--trainer.fast_dev_run=true")
+
+
+@pytest.mark.parametrize("name", DATA)
+def test_misspelt_key_of_a_data_module_is_refused(config, capsys, name):
+    with_data(config, name, patchsize=30)
+    assert main(["fit", "-c", "small.yaml"]) == 2
+    told = capsys.readouterr().err
+    assert "patchsize" in told
+    assert told.count("\n") == 1
+    with_data(config, name, patch_size="many")
+    assert main(["fit", "-c", "small.yaml"]) == 2
+    assert "many" in capsys.readouterr().err
