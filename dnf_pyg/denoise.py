@@ -136,7 +136,6 @@ def denoise(
     fixed = _fixed_vertices(welded.vertex_id, welded.face, len(welded.pos), mask, preserve_boundary)
     seconds = {"prepare": time.perf_counter() - started, "patches": 0.0, "network": 0.0, "fuse": 0.0, "update": 0.0}
     num_faces = face.size(1)
-    anchor = min(_ANCHOR / noise_level**2, _STRONGEST_ANCHOR) if noise_level > 0 else _STRONGEST_ANCHOR
     pos = welded.pos
     for turn in range(repeat):
         filtered = filter_normals(
@@ -157,7 +156,7 @@ def denoise(
         normal = filtered.normal.double()
         limit = max_move / strength if strength > 0 else 0.0
         pos = update_vertices(
-            welded.pos, welded.face, normal, num_iterations, anchor=anchor, max_move=limit, fixed=fixed
+            welded.pos, welded.face, normal, num_iterations, anchor=_anchor(noise_level), max_move=limit, fixed=fixed
         )
         seconds["update"] += time.perf_counter() - started
         for stage, spent in filtered.seconds.items():
@@ -179,6 +178,11 @@ def denoise(
         seconds,
         _warnings(noise_level, net.noise_range, flipped[1]),
     )
+
+
+def _anchor(noise_level: float) -> float:
+    """Weight of the noisy positions in the vertex update: the less noise, the more they are worth."""
+    return min(_ANCHOR / noise_level**2, _STRONGEST_ANCHOR) if noise_level > 0 else _STRONGEST_ANCHOR
 
 
 def _check(strength: float, repeat: int, mask: Tensor | None, num_vertices: int) -> None:
