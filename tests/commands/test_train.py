@@ -4,6 +4,7 @@ import csv
 import shutil
 
 import pytest
+import torch
 import trimesh
 import yaml
 
@@ -97,6 +98,7 @@ def test_stopped_run_goes_on_in_its_folder_with_the_same_curve(config):
     assert len(list(folder.glob("events.out.tfevents*"))) == 2
     assert sorted(path.name for path in best.parent.glob("best*")) == ["best.ckpt"]
     assert best.stat().st_mtime_ns > before
+    assert torch.load(best, weights_only=True)["network"]["k"] == [3, 5, 8]
 
 
 def test_launched_again_begins_the_next_folder_with_all_of_its_own(config):
