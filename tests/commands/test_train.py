@@ -30,7 +30,7 @@ def config(tmp_path, monkeypatch):
         box = trimesh.creation.box(extents=(1, 2, 1 + number)).subdivide().subdivide()
         box.export(tmp_path / "clean" / f"box{number}.ply")
     last = {"monitor": "val/theta", "filename": "best", "save_last": True}
-    often = {"filename": "step", "every_n_train_steps": 1, "save_last": True, "enable_version_counter": False}
+    often = {"every_n_train_steps": 1, "save_top_k": 0, "save_last": True}
     content = {
         "seed_everything": 0,
         "trainer": {
