@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import torch
 import trimesh
+from numpy.typing import NDArray
 from torch import Tensor
 
 from dnf_pyg.errors import MeshError
@@ -72,7 +73,7 @@ def denoise(
     max_move: float = float("inf"),
     num_iterations: int = 20,
     repeat: int = 1,
-    mask: Tensor | None = None,
+    mask: Tensor | NDArray[np.bool_] | None = None,
     preserve_boundary: bool = False,
     growth: Growth | None = None,
     patch_size: int = 800,
@@ -121,6 +122,7 @@ def denoise(
             f"Expected 'mesh' as a trimesh.Trimesh (got {type(mesh).__name__}): read it with trimesh.load_mesh or "
             "dnf_pyg.mesh.io.read_mesh(path).mesh"
         )
+    mask = None if mask is None else torch.as_tensor(mask)
     _check(strength, repeat, mask, len(mesh.vertices))
     if batch_size < 1:
         raise ValueError(f"Expected 'batch_size' of at least 1 (got {batch_size})")

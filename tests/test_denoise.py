@@ -79,7 +79,9 @@ def test_strength_and_limit(noisy, net):
 def test_mask_and_boundary(noisy, net):
     start = positions(noisy)
     mask = start[:, 0] > 0
-    moved = (run(noisy, net, mask=mask).pos != start).any(dim=1)
+    masked = run(noisy, net, mask=mask).pos
+    assert torch.equal(run(noisy, net, mask=mask.numpy()).pos, masked)
+    moved = (masked != start).any(dim=1)
     assert not moved[~mask].any()
     assert moved[mask].double().mean() > 0.9
 
