@@ -15,6 +15,7 @@ SOURCES = sorted(
 ELSEWHERE = {  # parts that only show in what is made of them
     "datamodules/test_broken.py": ["datamodules/clean_meshes.py"],
     "commands/test_predict.py": ["datamodules/mesh_files.py", "dnf_pyg/prediction.py"],
+    "commands/test_train.py": ["dnf_pyg/commands/run_folder.py"],
     "test_bad_input.py": ["dnf_pyg/errors.py"],
     "test_cli.py": [f"dnf_pyg/commands/{name}.py" for name in ("add_noise", "compare", "configs", "make_shape")],
     "test_cli_denoise.py": ["dnf_pyg/commands/denoise.py", "dnf_pyg/commands/outcome.py"],
