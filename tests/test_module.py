@@ -79,7 +79,7 @@ def test_all_neighbours_count_after_train_k_steps(batches, tmp_path):
     module = NormalFilteringModule(DNFNet(**SMALL), train_k=(1, 2, 2), train_k_steps=2)
     seen = []
     stages = module.net.stages
-    module.net.stages = lambda normal, edges, batch: seen.append(torch.is_tensor(edges)) or stages(normal, edges, batch)
+    module.net.stages = lambda normal, edges, *more: seen.append(torch.is_tensor(edges)) or stages(normal, edges, *more)
     loader = torch.utils.data.DataLoader(batches, batch_size=None)
     trainer(tmp_path, max_steps=3, enable_checkpointing=False).fit(module, loader)
     assert seen == [False, False, True]
