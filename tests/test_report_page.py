@@ -68,8 +68,8 @@ class Browser:
     def evaluate(self, expression):
         return self.send("Runtime.evaluate", expression=expression, returnByValue=True, awaitPromise=True)["result"]
 
-    def open(self, path):
-        self.send("Page.navigate", url=path.as_uri())
+    def open(self, path, fragment=""):
+        self.send("Page.navigate", url=path.as_uri() + fragment)
         deadline = time.monotonic() + PATIENCE
         while (
             self.evaluate("document.readyState === 'complete' && location.protocol === 'file:'").get("value")
@@ -189,6 +189,11 @@ def test_colour_switch(browser, page):
         assert spread > 40, mode
     assert difference(colourful["moved"][0], colourful["error"][0]) > 5
     assert colourful["error"][0][..., 1].mean() < colourful["error"][1][..., 1].mean()  # redder before than after
+    pressed = "document.querySelector('[data-mode][aria-pressed=true]').dataset.mode"
+    browser.send("Page.navigate", url="about:blank")
+    browser.open(page, "#moved")
+    assert browser.evaluate(pressed)["value"] == "moved"
+    assert difference(browser.view()[1], colourful["moved"][1]) < 0.1
     browser.click("[data-mode=shaded]")
     assert difference(shaded, browser.view()[1]) < 0.1
     assert browser.faults() == []
