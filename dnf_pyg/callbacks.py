@@ -49,7 +49,6 @@ class MeshValidation(Callback):
             along the vertex normals, always the same.
         every_n_epochs: Epochs from one time to the next.
         noise_level: Level of the noise for clean files alone, multiples of the mean edge length.
-        num_iterations: Iterations of the vertex update.
         data_set: Name of the data set whose statistics of batch normalization are used, where a joint training keeps
             them apart.
         levels: Nearest faces that each level of the network sees; the network's own if not given.
@@ -64,7 +63,6 @@ class MeshValidation(Callback):
         meshes: Sequence[tuple[str, str] | str],
         every_n_epochs: int = 1,
         noise_level: float = 0.2,
-        num_iterations: int = 20,
         data_set: str | None = None,
         levels: Sequence[int] | None = None,
     ) -> None:
@@ -78,7 +76,6 @@ class MeshValidation(Callback):
         self.files = [(Path(noisy) if noisy else None, Path(clean)) for noisy, clean in pairs]
         self.every_n_epochs = every_n_epochs
         self.noise_level = noise_level
-        self.num_iterations = num_iterations
         self.data_set = data_set
         self.levels = levels
         self._cases: dict[str, _Case] = {}
@@ -128,7 +125,7 @@ class MeshValidation(Callback):
         found = {}
         for name, case in self._cases.items():
             mesh = trimesh.Trimesh(case.noisy.numpy(), case.face.t().numpy(), process=False)
-            result = denoise(mesh, net, num_iterations=self.num_iterations, device=pl_module.device)
+            result = denoise(mesh, net, device=pl_module.device)
             normal, clean_normal = (face_normals(pos, case.face) for pos in (result.pos, case.clean))
             known = clean_normal.any(dim=1)
             found[name] = float(angular_difference(normal[known], clean_normal[known]).mean())

@@ -29,9 +29,6 @@ __all__ = ["FAST", "DenoiseResult", "denoise"]
 FAST: Mapping[str, Any] = MappingProxyType({"min_coverage": 1, "neighbors": (10, 16, 24)})
 """Arguments that trade at most 0.2 degrees for more than twice the speed: ``denoise(mesh, **FAST)``."""
 
-_ANCHOR = 1.2e-4  # anchor of the vertex update times the square of the noise level: weak noise, strong anchor
-_STRONGEST_ANCHOR = 0.03
-
 
 @dataclass(frozen=True)
 class DenoiseResult:
@@ -71,7 +68,8 @@ def denoise(
     *,
     strength: float = 1.0,
     max_move: float = float("inf"),
-    num_iterations: int = 20,
+    num_iterations: int = 60,
+    max_correlation: float = -0.03,
     repeat: int = 1,
     mask: Tensor | NDArray[np.bool_] | None = None,
     preserve_boundary: bool = False,
@@ -96,6 +94,9 @@ def denoise(
         strength: Share of the way that vertices go, from 0 (the mesh stays as it is) to 1.
         max_move: Largest movement of a vertex, in mean edge lengths.
         num_iterations: Most iterations of the vertex update.
+        max_correlation: The vertex update ends when neighbouring vertices have begun to move alike, by this correlation
+            (:func:`~dnf_pyg.mesh.vertex_update.update_vertices`): that takes shape away, not noise. 1 runs all
+            iterations, which suits noise that is alike at neighbouring vertices, as some scanners have it.
         repeat: Times that the network filters, each time its own result; 2 suits strong noise.
         mask: Vertices that may move, (V,) bool; all if not given.
         preserve_boundary: Leave vertices on open boundaries in place.
@@ -158,7 +159,13 @@ def denoise(
         normal = filtered.normal.double()
         limit = max_move / strength if strength > 0 else 0.0
         pos = update_vertices(
-            welded.pos, welded.face, normal, num_iterations, anchor=_anchor(noise_level), max_move=limit, fixed=fixed
+            welded.pos,
+            welded.face,
+            normal,
+            num_iterations,
+            max_correlation=max_correlation,
+            max_move=limit,
+            fixed=fixed,
         )
         seconds["update"] += time.perf_counter() - started
         for stage, spent in filtered.seconds.items():
@@ -180,11 +187,6 @@ def denoise(
         seconds,
         _warnings(noise_level, net.noise_range, flipped[1]),
     )
-
-
-def _anchor(noise_level: float) -> float:
-    """Weight of the noisy positions in the vertex update: the less noise, the more they are worth."""
-    return min(_ANCHOR / noise_level**2, _STRONGEST_ANCHOR) if noise_level > 0 else _STRONGEST_ANCHOR
 
 
 def _check(strength: float, repeat: int, mask: Tensor | None, num_vertices: int) -> None:

@@ -126,7 +126,6 @@ def _write(options: argparse.Namespace, name: str, rows: Sequence[Row], failures
     own = dict.fromkeys(row.method for row in rows if row.vertex_error is not None)
     facts = {
         "data": name,
-        "num_vertex_iterations": options.iterations,
         "seed": options.seed,
         "versions": {"dnf_pyg": dnf_pyg.__version__, "torch": torch.__version__},
         "num_threads": torch.get_num_threads(),

@@ -2,6 +2,7 @@
 
 import argparse
 import fnmatch
+import inspect
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
@@ -32,6 +33,9 @@ __all__ = [
 ]
 
 Pair = tuple[Path, Path]
+
+_FILTERED = 20  # iterations of the vertex update after a classical filter
+_NETWORK = inspect.signature(denoise).parameters
 
 
 def add_weights(parser: argparse.ArgumentParser) -> None:
@@ -67,7 +71,13 @@ def add_selection(parser: argparse.ArgumentParser) -> None:
 
 def add_settings(parser: argparse.ArgumentParser) -> None:
     """Declare what all methods are run with."""
-    parser.add_argument("--iterations", type=int, default=20, help="iterations of the vertex update (%(default)s)")
+    parser.add_argument(
+        "--iterations",
+        type=int,
+        metavar="N",
+        help=f"iterations of the vertex update, most of them for a network, which ends by itself ({_FILTERED} for "
+        f"filters, {_NETWORK['num_iterations'].default} for networks)",
+    )
     parser.add_argument(
         "--repeat", type=int, default=1, help="filterings by a network, each of its own result (%(default)s)"
     )
@@ -92,7 +102,10 @@ def network_method(title: str, weights: str, options: argparse.Namespace) -> Net
         WeightsError: If it cannot be loaded.
     """
     net = load_network(weights)
-    settings = {"num_iterations": options.iterations, "repeat": options.repeat, "seed": options.seed}
+    num_iterations = _NETWORK["num_iterations"].default if options.iterations is None else options.iterations
+    correlation = _NETWORK["max_correlation"].default
+    settings = {"num_iterations": num_iterations, "max_correlation": correlation, "repeat": options.repeat}
+    settings["seed"] = options.seed
     text = "".join(f", {key}={value}" for key, value in settings.items())
     denoiser = partial(denoise, weights=net, **settings)
     return NetworkMethod(title, denoiser, f"denoise(weights={fingerprint(net)}{text})")
@@ -100,7 +113,8 @@ def network_method(title: str, weights: str, options: argparse.Namespace) -> Net
 
 def classical_methods(options: argparse.Namespace) -> list[Method]:
     """The filters of :func:`add_baselines`."""
-    return [ClassicalMethod(name, BASELINES[name](options.iterations)) for name in options.baselines]
+    num_iterations = _FILTERED if options.iterations is None else options.iterations
+    return [ClassicalMethod(name, BASELINES[name](num_iterations)) for name in options.baselines]
 
 
 def check_titles(titles: Sequence[str]) -> None:

@@ -3,6 +3,7 @@
 import argparse
 import inspect
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any, TypeVar
 
 import torch
@@ -43,8 +44,10 @@ def add_settings(parser: argparse.ArgumentParser) -> tuple[argparse._ArgumentGro
     add(result, "--strength", "strength", "0 leaves the mesh as it is, 1 is full", type=_share, metavar="S")
     add(result, "--max-move", "max_move", "largest move of a vertex, in mean edge lengths (no limit)",
         type=not_negative, metavar="L")  # fmt: skip
-    add(result, "--iterations", "num_iterations", "most iterations of the vertex update; it ends by itself when "
-        "nothing moves any more", type=count, metavar="N")  # fmt: skip
+    add(result, "--iterations", "num_iterations", "most iterations of the vertex update", type=count, metavar="N")
+    add(result, "--max-correlation", "max_correlation", "the vertex update ends when neighbouring vertices have begun "
+        "to move alike; 1 runs all iterations, for noise that is alike at neighbours", type=_correlation,
+        metavar="R")  # fmt: skip
     add(result, "--repeat", "repeat", "times that the network filters, each time its own result; 2 suits strong noise",
         type=count, metavar="N")  # fmt: skip
     result.add_argument("--preserve-boundary", action="store_true", help="leave open boundaries in place")
@@ -62,7 +65,8 @@ def add_settings(parser: argparse.ArgumentParser) -> tuple[argparse._ArgumentGro
 
 def denoise_settings(options: argparse.Namespace) -> dict[str, Any]:
     """Arguments of :func:`~dnf_pyg.denoise` that the options ask for; one given goes before that of ``--fast``."""
-    names = ["strength", "max_move", "num_iterations", "repeat", "seed", "patch_size", "min_coverage", "batch_size"]
+    names = ["strength", "max_move", "num_iterations", "max_correlation", "repeat", "seed", "patch_size"]
+    names += ["min_coverage", "batch_size"]
     settings = dict(FAST) if options.fast else {}
     settings |= {name: getattr(options, name) for name in names if getattr(options, name) is not None}
     if options.preserve_boundary:
@@ -94,6 +98,10 @@ def not_negative(text: str) -> float:
     return _within(text, float, 0)
 
 
+def _correlation(text: str) -> float:
+    return _within(text, float, -1, 1)
+
+
 def _share(text: str) -> float:
     return _within(text, float, 0, 1)
 
@@ -108,11 +116,9 @@ def _patch_size(text: str) -> int:
 
 def _within(text: str, kind: Callable[[str], Number], lowest: int, highest: int | None = None) -> Number:
     """Number from a word, or the reason why it is none."""
-    try:
+    with suppress(ValueError):
         value = kind(str(text))
-    except ValueError:
-        value = kind("-1")  # below what any of these options allows
-    if lowest <= value and (highest is None or value <= highest):
-        return value
+        if lowest <= value and (highest is None or value <= highest):
+            return value
     limits = f"of at least {lowest}" if highest is None else f"from {lowest} to {highest}"
     raise argparse.ArgumentTypeError(f"Expected a {'whole ' if kind is int else ''}number {limits} (got {text})")

@@ -7,13 +7,15 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from dnf_pyg.mesh.adjacency import vertex_faces
-from dnf_pyg.mesh.geometry import face_normals, mean_edge_length
+from dnf_pyg.mesh.geometry import edges, face_normals, mean_edge_length
 
 __all__ = ["flipped_faces", "update_vertices", "without_flips"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Flags = NDArray[np.bool_]
+
+_FEWEST_ITERATIONS = 3  # before movements tell shape from noise
 
 
 def update_vertices(
@@ -23,7 +25,7 @@ def update_vertices(
     num_iterations: int = 20,
     *,
     tolerance: float = 1e-5,
-    anchor: float = 0.0,
+    max_correlation: float = float("inf"),
     max_move: float = float("inf"),
     fixed: Tensor | None = None,
     guard: bool = True,
@@ -33,8 +35,13 @@ def update_vertices(
     Every iteration moves all vertices at once: ``v_i += mean over faces k around i of n_k (n_k . (c_k - v_i))`` with
     the current centroid ``c_k`` of face k. It ends early when no vertex moves by more than ``tolerance``.
 
+    Rough noise goes first; later iterations bend the surface to errors of the normals. Noise of one vertex says nothing
+    of that of the next, so as long as noise is taken away, neighbours do not move alike: ``max_correlation`` ends the
+    update when they begin to.
+
     Source: Sun et al., Fast and Effective Feature-Preserving Mesh Denoising, TVCG 2007, Sec. 4.
-    Differs: the anchor, the guard and the limits; with ``guard=False`` and the other defaults it is the published one.
+    Differs: the end by correlation, the guard and the limits; with ``guard=False`` and the other defaults it is the
+    published one.
 
     Args:
         pos: Vertex positions, (V, 3), model units.
@@ -42,7 +49,8 @@ def update_vertices(
         normal: Wanted facet normals, (F, 3), unit length; a zero vector leaves its face out.
         num_iterations: Most iterations done.
         tolerance: Largest movement per iteration, in mean edge lengths, below which the update ends.
-        anchor: Weight of the given position against the faces around (which have 1 together).
+        max_correlation: The update ends, after three iterations at least, when the movements of neighbouring vertices
+            along the surface normal, from where they were given, have at least this correlation; never by default.
         max_move: Largest distance of a vertex from its given position, in mean edge lengths.
         fixed: Vertices that stay, (V,) bool.
         guard: Take back steps that turn a face over, away from its wanted normal.
@@ -51,7 +59,7 @@ def update_vertices(
         Updated positions, (V, 3), of the dtype and device of ``pos``; vertices without a face stay.
 
     Raises:
-        ValueError: If shapes do not agree or a number is negative.
+        ValueError: If shapes do not agree, a number is negative, or ``max_correlation`` is no number.
 
     Examples:
         >>> pos = torch.tensor([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0.3]])
@@ -65,10 +73,12 @@ def update_vertices(
         raise ValueError(f"Expected 'normal' of shape [{face.size(1)}, 3] (got {list(normal.shape)})")
     if fixed is not None and fixed.shape != (len(pos),):
         raise ValueError(f"Expected 'fixed' of shape [{len(pos)}] (got {list(fixed.shape)})")
-    numbers = {"num_iterations": num_iterations, "tolerance": tolerance, "anchor": anchor, "max_move": max_move}
+    numbers = {"num_iterations": num_iterations, "tolerance": tolerance, "max_move": max_move}
     for name, value in numbers.items():
         if not value >= 0:
             raise ValueError(f"Expected '{name}' of at least 0 (got {value})")
+    if np.isnan(max_correlation):
+        raise ValueError(f"Expected 'max_correlation' to be a number (got {max_correlation})")
     if face.size(1) == 0:
         return pos.clone()
     center = pos.mean(dim=0)  # far from the origin, differences of positions lose digits
@@ -79,14 +89,17 @@ def update_vertices(
     wanted = np.ascontiguousarray(normal.detach().cpu().double().numpy())
     unit = float(mean_edge_length(pos, face))
     limit = max_move * unit if unit > 0 else max_move  # infinity times 0 is no number
+    agreement = _Agreement(start, corner, wanted) if max_correlation < 1 else None
     current = start.copy()
-    for _ in range(num_iterations):
-        updated = _stepped(current, start, corner, wanted, ptr.numpy(), face_id.numpy(), stays, anchor, limit)
+    for iteration in range(num_iterations):
+        updated = _stepped(current, start, corner, wanted, ptr.numpy(), face_id.numpy(), stays, limit)
         if guard:
             _take_back_flips(updated, current, corner, wanted)
         largest_step = np.abs(updated - current).max()
         current = updated
         if largest_step <= tolerance * unit:
+            break
+        if agreement and iteration + 1 >= _FEWEST_ITERATIONS and agreement.correlation(current) >= max_correlation:
             break
     moved = torch.from_numpy(current != start).any(dim=1).to(pos.device)
     return torch.where(moved[:, None], torch.from_numpy(current).to(pos) + center, pos)
@@ -140,6 +153,24 @@ def without_flips(pos: Tensor, before: Tensor, face: Tensor, normal: Tensor) -> 
     return torch.where(stays[:, None], pos, before)
 
 
+class _Agreement:
+    """How much neighbouring vertices have moved alike, along the sum of the wanted normals around each."""
+
+    def __init__(self, start: Floats, face: Ints, normal: Floats) -> None:
+        self.start = start
+        direction = np.zeros_like(start)
+        for corner in face.T:
+            np.add.at(direction, corner, normal)
+        self.direction = direction / np.maximum(np.linalg.norm(direction, axis=1, keepdims=True), 1e-12)
+        self.one, self.other = edges(torch.from_numpy(face.T.copy())).numpy()
+
+    def correlation(self, pos: Floats) -> float:
+        """From -1 to 1; 0 where nothing has moved."""
+        moved = ((pos - self.start) * self.direction).sum(axis=1)
+        variance = float(np.square(moved).mean())
+        return float((moved[self.one] * moved[self.other]).mean()) / variance if variance > 0 else 0.0
+
+
 @njit(cache=True, nogil=True)
 def _stepped(
     pos: Floats,
@@ -149,7 +180,6 @@ def _stepped(
     ptr: Ints,
     face_id: Ints,
     fixed: Flags,
-    anchor: float,
     max_move: float,
 ) -> Floats:
     """Positions (V, 3) after one iteration; ``face`` (F, 3), faces around vertex v ``face_id[ptr[v]:ptr[v + 1]]``."""
@@ -172,9 +202,9 @@ def _stepped(
             step_x += distance * n_x
             step_y += distance * n_y
             step_z += distance * n_z
-        x += step_x / (hi - lo) + anchor * (start[v, 0] - x)
-        y += step_y / (hi - lo) + anchor * (start[v, 1] - y)
-        z += step_z / (hi - lo) + anchor * (start[v, 2] - z)
+        x += step_x / (hi - lo)
+        y += step_y / (hi - lo)
+        z += step_z / (hi - lo)
         d_x, d_y, d_z = x - start[v, 0], y - start[v, 1], z - start[v, 2]
         moved = np.sqrt(d_x * d_x + d_y * d_y + d_z * d_z)
         shrink = 1.0 if moved <= max_move else max_move / moved

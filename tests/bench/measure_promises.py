@@ -1,7 +1,7 @@
 """What docs/denoising.md says of the vertex update and of other frames, measured on the benchmark beside the checkout.
 
-Arguments: any of ``invariance``, ``folds`` and ``anchor``; all of them if not given. Not part of ``make bench``: the
-weights of the noisy position take a network pass over 36 meshes.
+Arguments: any of ``invariance``, ``folds`` and ``iterations``; all of them if not given. Not part of ``make bench``:
+the iterations take a network pass over 36 meshes.
 """
 
 import sys
@@ -12,7 +12,6 @@ import torch
 import trimesh
 
 from dnf_pyg import FAST, denoise, load_network
-from dnf_pyg.denoise import _anchor
 from dnf_pyg.mesh.geometry import angular_difference, face_normals, mean_edge_length
 from dnf_pyg.mesh.io import read_mesh
 from dnf_pyg.mesh.vertex_update import flipped_faces, update_vertices
@@ -20,8 +19,7 @@ from dnf_pyg.mesh.vertex_update import flipped_faces, update_vertices
 TEST = Path(__file__).resolve().parents[3] / "shared/data/cnr/Synthetic/test"
 QUARTER = np.array([[0.0, 0, 1], [0, 1, 0], [-1, 0, 0]])
 SKEW = trimesh.transformations.rotation_matrix(1.0, (1, 2, 3))[:3, :3]
-ANCHORS = (0.0, 0.25, 1.0, 4.0)  # times the one that is used
-ITERATIONS = (10, 20, 40, 100)
+ITERATIONS = (5, 10, 20, 40, 100)
 
 
 def read(name):
@@ -69,34 +67,30 @@ def folds(net):
         for num_iterations in (20, 100):
             told = f"{name:10} {num_iterations:4} iterations   input {count(mesh.pos)}"
             for guard in (False, True):
-                anchor = _anchor(result.noise_level)
-                pos = update_vertices(mesh.pos, mesh.face, normal, num_iterations, anchor=anchor, guard=guard)
+                pos = update_vertices(mesh.pos, mesh.face, normal, num_iterations, guard=guard)
                 told += f"   {'guarded' if guard else 'free'} {count(pos)} {theta(pos, mesh.face, clean):.3f}"
             print(told, flush=True)
 
 
-def anchor(net):
-    print("theta by iterations and weight of the noisy position, in multiples of the one used (filtered with --fast)")
-    head = " ".join(f"{num_iterations:>4}x{weight:<4g}" for num_iterations in ITERATIONS for weight in ANCHORS)
-    print(f"{'':20} {head}")
+def iterations(net):
+    """The end by correlation beside fixed numbers of iterations."""
+    print("theta after fixed numbers of iterations of the vertex update, and where it ends by itself (--fast)")
+    print(f"{'':20} {' '.join(f'{steps:>7}' for steps in ITERATIONS)}  by itself")
     rows = []
     for path in sorted((TEST / "noisy").glob("*_n[123].obj")):
         mesh, clean = read(path.stem)
         result = denoise(mesh.mesh, net, **FAST)
-        used, normal = _anchor(result.noise_level), result.normal.double()
-        rows.append([
-            theta(update_vertices(mesh.pos, mesh.face, normal, steps, anchor=weight * used), mesh.face, clean)
-            for steps in ITERATIONS
-            for weight in ANCHORS
-        ])  # fmt: skip
-        print(f"{path.stem:20} {' '.join(f'{value:9.3f}' for value in rows[-1])}", flush=True)
-    print(f"{'mean':20} {' '.join(f'{value:9.3f}' for value in torch.tensor(rows).mean(dim=0).tolist())}")
+        normal = result.normal.double()
+        ends = [theta(update_vertices(mesh.pos, mesh.face, normal, steps), mesh.face, clean) for steps in ITERATIONS]
+        rows.append([*ends, theta(result.pos, mesh.face, clean)])
+        print(f"{path.stem:20} {' '.join(f'{value:7.3f}' for value in rows[-1])}", flush=True)
+    print(f"{'mean':20} {' '.join(f'{value:7.3f}' for value in torch.tensor(rows).mean(dim=0).tolist())}")
 
 
 def main():
     net = load_network("best")
-    for measured in sys.argv[1:] or ("invariance", "folds", "anchor"):
-        {"invariance": invariance, "folds": folds, "anchor": anchor}[measured](net)
+    for measured in sys.argv[1:] or ("invariance", "folds", "iterations"):
+        {"invariance": invariance, "folds": folds, "iterations": iterations}[measured](net)
 
 
 if __name__ == "__main__":

@@ -5,8 +5,8 @@ import trimesh
 from dnf_pyg.mesh.vertex_update import flipped_faces, update_vertices, without_flips
 
 
-def by_loop(pos, face, normal, num_iterations, anchor=0.0):
-    start, pos = pos, pos.clone()
+def by_loop(pos, face, normal, num_iterations):
+    pos = pos.clone()
     for _ in range(num_iterations):
         centroid = pos[face].mean(dim=0)
         moved = pos.clone()
@@ -14,7 +14,7 @@ def by_loop(pos, face, normal, num_iterations, anchor=0.0):
             around = [k for k in range(face.size(1)) if i in face[:, k]]
             if around:
                 steps = [normal[k] * torch.dot(normal[k], centroid[k] - pos[i]) for k in around]
-                moved[i] = pos[i] + sum(steps) / len(around) + anchor * (start[i] - pos[i])
+                moved[i] = pos[i] + sum(steps) / len(around)
         pos = moved
     return pos
 
@@ -28,13 +28,12 @@ def with_noise(pos, amount, seed=0):
     return pos + amount * torch.randn(pos.shape, generator=torch.Generator().manual_seed(seed), dtype=pos.dtype)
 
 
-@pytest.mark.parametrize("anchor", [0.0, 0.1])
-def test_matches_loop_over_vertices(sphere_mesh, anchor):
+def test_matches_loop_over_vertices(sphere_mesh):
     pos, face = sphere_mesh
     normal = trimesh_normals(pos, face)
     noisy = with_noise(pos, 0.05)
-    updated = update_vertices(noisy, face, normal, 3, anchor=anchor, guard=False)
-    torch.testing.assert_close(updated, by_loop(noisy, face, normal, 3, anchor), rtol=0, atol=1e-12)
+    updated = update_vertices(noisy, face, normal, 3, guard=False)
+    torch.testing.assert_close(updated, by_loop(noisy, face, normal, 3), rtol=0, atol=1e-12)
 
 
 def test_recovers_facet_normals(cube_mesh):
@@ -52,6 +51,34 @@ def test_stops_by_itself(cube_mesh):
     noisy = with_noise(pos, 0.02)
     long = update_vertices(noisy, face, normal, 100_000)
     assert torch.equal(long, update_vertices(noisy, face, normal, 200_000))
+
+
+def correlation_by_loop(pos, start, face, normal):
+    """Of the movements along the normals, over the edges."""
+    mesh = trimesh.Trimesh(start.numpy(), face.t().numpy(), process=False)
+    moved = []
+    for i in range(len(pos)):
+        around = sum(normal[k] for k in range(face.size(1)) if i in face[:, k])
+        moved.append(float((pos[i] - start[i]) @ around / around.norm()))
+    pairs = [moved[a] * moved[b] for a, b in mesh.edges_unique.tolist()]
+    return (sum(pairs) / len(pairs)) / (sum(value**2 for value in moved) / len(moved))
+
+
+def test_ends_when_neighbours_begin_to_move_alike(sphere_mesh):
+    """The wanted normals are those of a larger bump: first noise goes, then shape."""
+    pos, face = sphere_mesh
+    bent = pos * (1 + 0.05 * (3 * pos[:, :1]).sin())
+    noisy, normal = with_noise(pos, 0.05), trimesh_normals(bent, face)
+    steps = [update_vertices(noisy, face, normal, n, guard=False) for n in range(3, 30)]
+    found = [correlation_by_loop(step, noisy, face, normal) for step in steps]
+    assert found[0] < -0.1 < 0.09 < max(found)
+    for limit in (-0.05, 0.05):
+        first = next(i for i, value in enumerate(found) if value >= limit)
+        ended = update_vertices(noisy, face, normal, 60, max_correlation=limit, guard=False)
+        assert torch.equal(ended, steps[first])
+    assert torch.equal(update_vertices(noisy, face, normal, 60, max_correlation=-1, guard=False), steps[0])
+    two = update_vertices(noisy, face, normal, 2)
+    assert torch.equal(update_vertices(noisy, face, normal, 2, max_correlation=-1), two)
 
 
 def test_leaves_vertices_without_faces_and_fixed_ones(sphere_mesh):
@@ -124,7 +151,7 @@ def test_keeps_dtype(sphere_mesh):
     ("arguments", "text"),
     [
         ({"num_iterations": -1}, r"'num_iterations' of at least 0 \(got -1\)"),
-        ({"anchor": float("nan")}, r"'anchor' of at least 0 \(got nan\)"),
+        ({"max_correlation": float("nan")}, r"'max_correlation' to be a number \(got nan\)"),
         ({"max_move": -0.5}, r"'max_move' of at least 0 \(got -0.5\)"),
         ({"fixed": torch.zeros(3, dtype=torch.bool)}, r"'fixed' of shape \[162\] \(got \[3\]\)"),
         ({"normal": torch.zeros(162, 3)}, r"'normal' of shape \[320, 3\] \(got \[162, 3\]\)"),
