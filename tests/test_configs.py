@@ -16,7 +16,7 @@ SMALL_NET = ["--model.net.channels=[4,4,4]", "--model.net.embedding_channels=4",
 
 
 def small_inputs(path, tmp_path):
-    """The config as it is, but with tiny meshes to denoise and tiny teachers in place of what earlier steps make."""
+    """The config as it is, but with tiny meshes to denoise and tiny networks in place of what earlier steps make."""
     content = yaml.safe_load(path.read_text())
     for callback in content["trainer"]["callbacks"]:
         if "meshes" in callback["init_args"]:
@@ -26,6 +26,11 @@ def small_inputs(path, tmp_path):
     for name in teachers:
         DNFNet(k=(3, 5, 8), channels=(4, 4, 4), embedding_channels=4, residual_k=4).save_pretrained(tmp_path / name)
         teachers[name] = name
+    if "initial_weights" in content["model"]:
+        words = (word.removeprefix("--model.net.").split("=") for word in SMALL_NET)
+        small = {name: yaml.safe_load(value) for name, value in words}
+        DNFNet(**{**content["model"]["net"]["init_args"], **small}).save_pretrained(tmp_path / "initial")
+        content["model"]["initial_weights"] = "initial"
     target = tmp_path / path.name
     target.write_text(yaml.safe_dump(content))
     return target
@@ -47,6 +52,8 @@ def test_config_fits(path, cnr_folder, tmp_path, monkeypatch):
         options = {**small, "root": cnr_folder, "cache": cache}
     elif config["class_path"].endswith("CleanMeshesDataModule"):
         options = {**small, "root": cnr_folder / "Synthetic/train/original", "names": "null", "cache": cache}
+    elif config["class_path"].endswith("DepthCameraDataModule"):
+        options = {**small, "root": cnr_folder / "Synthetic/train/original", "num_views": 1, "cache": cache}
     else:
         options = {**small, "root": tmp_path / "data", "num_faces": 500, "num_meshes": 2}
     words = [f"--data.{key}={value}" for key, value in options.items()]
