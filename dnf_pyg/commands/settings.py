@@ -4,7 +4,8 @@ import argparse
 import inspect
 from collections.abc import Callable
 from contextlib import suppress
-from typing import Any, TypeVar
+from dataclasses import dataclass
+from typing import Any, Generic, TypeVar
 
 import torch
 
@@ -12,9 +13,48 @@ from dnf_pyg.denoise import FAST, denoise
 from dnf_pyg.mesh.geodesic import DijkstraGrowth, Growth, HeatGrowth
 from dnf_pyg.pretrained import DEFAULT_WEIGHTS, packaged_weights
 
-__all__ = ["add_settings", "count", "denoise_settings", "not_negative"]
+__all__ = ["NumberWithin", "add_settings", "count", "denoise_settings", "not_negative"]
 
 Number = TypeVar("Number", int, float)
+
+
+@dataclass(frozen=True)
+class NumberWithin(Generic[Number]):
+    """Read a number of an option, or say what it should be.
+
+    Args:
+        kind: ``int`` or ``float``.
+        lowest: Smallest value allowed.
+        highest: Largest value allowed; none if not given.
+
+    Example:
+        >>> NumberWithin(int, 1)("3"), NumberWithin(float, 0, 1)
+        (3, number from 0 to 1)
+    """
+
+    kind: Callable[[str], Number]
+    lowest: int
+    highest: int | None = None
+
+    def __call__(self, text: str) -> Number:
+        """Read a word."""
+        with suppress(ValueError):
+            value = self.kind(str(text))
+            if self.lowest <= value and (self.highest is None or value <= self.highest):
+                return value
+        raise argparse.ArgumentTypeError(f"Expected a {self} (got {text})")
+
+    def __repr__(self) -> str:
+        limits = f"of at least {self.lowest}" if self.highest is None else f"from {self.lowest} to {self.highest}"
+        return f"{'whole ' if self.kind is int else ''}number {limits}"
+
+
+count = NumberWithin(int, 1)
+not_negative = NumberWithin(float, 0)
+_share = NumberWithin(float, 0, 1)
+_correlation = NumberWithin(float, -1, 1)
+_seed = NumberWithin(int, 0, 2**63 - 1)
+_patch_size = NumberWithin(int, 1, torch.iinfo(torch.int16).max)  # what numbers the faces of a patch
 
 _PRECISIONS = {"fp32": torch.float32, "bf16": torch.bfloat16}
 _GROWTHS: dict[str, type[Growth]] = {"dijkstra": DijkstraGrowth, "heat": HeatGrowth}
@@ -76,49 +116,3 @@ def denoise_settings(options: argparse.Namespace) -> dict[str, Any]:
     if options.precision is not None:
         settings["precision"] = _PRECISIONS[options.precision]
     return settings
-
-
-def count(text: str) -> int:
-    """Whole number of at least 1.
-
-    Example:
-        >>> count("3")
-        3
-    """
-    return _within(text, int, 1)
-
-
-def not_negative(text: str) -> float:
-    """Number of at least 0.
-
-    Example:
-        >>> not_negative("0.2")
-        0.2
-    """
-    return _within(text, float, 0)
-
-
-def _correlation(text: str) -> float:
-    return _within(text, float, -1, 1)
-
-
-def _share(text: str) -> float:
-    return _within(text, float, 0, 1)
-
-
-def _seed(text: str) -> int:
-    return _within(text, int, 0, 2**63 - 1)
-
-
-def _patch_size(text: str) -> int:
-    return _within(text, int, 1, torch.iinfo(torch.int16).max)  # what numbers the faces of a patch
-
-
-def _within(text: str, kind: Callable[[str], Number], lowest: int, highest: int | None = None) -> Number:
-    """Number from a word, or the reason why it is none."""
-    with suppress(ValueError):
-        value = kind(str(text))
-        if lowest <= value and (highest is None or value <= highest):
-            return value
-    limits = f"of at least {lowest}" if highest is None else f"from {lowest} to {highest}"
-    raise argparse.ArgumentTypeError(f"Expected a {'whole ' if kind is int else ''}number {limits} (got {text})")

@@ -51,10 +51,12 @@ class SplitStatistics(torch.nn.Module):
         own = [getattr(norm, key) for norm, key in self._places()]
         for row, (norm, key) in enumerate(self._places()):  # new tensors: a graph may still hold those it used
             setattr(norm, key, self._kept(row)[place].clone())
-        yield
-        for row, ((norm, key), buffer) in enumerate(zip(self._places(), own, strict=True)):
-            self._kept(row)[place] = getattr(norm, key)
-            setattr(norm, key, buffer.copy_(getattr(norm, key)))  # the network keeps its buffers, with these values
+        try:
+            yield
+        finally:
+            for row, ((norm, key), buffer) in enumerate(zip(self._places(), own, strict=True)):
+                self._kept(row)[place] = getattr(norm, key)
+                setattr(norm, key, buffer.copy_(getattr(norm, key)))  # the network keeps its buffers, with these values
 
     def _places(self) -> list[tuple[_BatchNorm, str]]:
         return [(norm, key) for norm in self._norms for key, _ in norm.named_buffers(recurse=False)]
