@@ -234,6 +234,15 @@ def test_small_disk_that_is_really_full(place, weights, monkeypatch, capsys):
     assert left == []
 
 
+@pytest.fixture
+def heeds_interrupts():
+    """A process that was started in the background may have inherited that it ignores them."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures("heeds_interrupts")
 @pytest.mark.parametrize("moment", ["filtering", "writing"])
 def test_interrupt_leaves_no_file(place, weights, monkeypatch, capsys, moment):
     def interrupt(*_, **__):
