@@ -27,7 +27,7 @@ from dnf_pyg.pretrained import DEFAULT_WEIGHTS, load_network
 __all__ = ["FAST", "DenoiseResult", "denoise"]
 
 FAST: Mapping[str, Any] = MappingProxyType({"min_coverage": 1, "neighbors": (10, 16, 24)})
-"""Arguments that trade at most 0.2 degrees for more than twice the speed: ``denoise(mesh, **FAST)``."""
+"""Arguments that trade at most 0.2 degrees for about twice the speed: ``denoise(mesh, **FAST)``."""
 
 
 @dataclass(frozen=True)

@@ -94,7 +94,7 @@ def add_settings(parser: argparse.ArgumentParser) -> tuple[argparse._ArgumentGro
     add(result, "--seed", "seed", "another choice of patches; the same seed gives the same result",
         type=_seed, metavar="N")  # fmt: skip
     fast = ", ".join(f"{name} {value}" for name, value in FAST.items())
-    running.add_argument("--fast", action="store_true", help=f"less than half of the time, a little worse: {fast}")
+    running.add_argument("--fast", action="store_true", help=f"about half of the time, a little worse: {fast}")
     add(running, "--patch-size", "patch_size", "faces per patch", type=_patch_size, metavar="N")
     add(running, "--coverage", "min_coverage", "patches that every face lies in, at least", type=count, metavar="M")
     add(running, "--batch-size", "batch_size", "patches per call of the network", type=count, metavar="N")
