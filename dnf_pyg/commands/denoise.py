@@ -1,7 +1,6 @@
 """Denoise meshes: only vertex positions change, everything else of a file is kept."""
 
 import argparse
-import inspect
 import json
 import sys
 import time
@@ -13,7 +12,7 @@ from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, T
 
 from dnf_pyg.commands.compare import read_reference
 from dnf_pyg.commands.outcome import Outcome, outcome_figures, outcome_text
-from dnf_pyg.commands.settings import add_settings, count, denoise_settings
+from dnf_pyg.commands.settings import DEFAULTS, add_settings, count, denoise_settings
 from dnf_pyg.denoise import denoise
 from dnf_pyg.errors import DNFError, MeshFileError
 from dnf_pyg.mesh.atomic import check_writable
@@ -154,11 +153,10 @@ def _check_outputs(output: Path, options: argparse.Namespace) -> None:
 
 def _shown(options: argparse.Namespace) -> dict[str, str]:
     """All settings, given or not, for the page."""
-    defaults = {name: parameter.default for name, parameter in inspect.signature(denoise).parameters.items()}
     given = {"growth": DijkstraGrowth(), "neighbors": "all"} | denoise_settings(options)
     given |= {name: getattr(options, name) for name in ("weights", "mask", "device")}
     named = {"None": "none", "inf": "none", "True": "yes", "False": "no"}
-    values = {name: given.get(name, default) for name, default in defaults.items() if name not in ("mesh", "progress")}
+    values = {name: given.get(name, default) for name, default in DEFAULTS.items() if name not in ("mesh", "progress")}
     return {
         name.replace("_", " "): named.get(str(value), str(value).removeprefix("torch.").removesuffix("()"))
         for name, value in values.items()

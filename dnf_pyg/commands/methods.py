@@ -2,7 +2,6 @@
 
 import argparse
 import fnmatch
-import inspect
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
@@ -13,6 +12,7 @@ from rich.progress import MofNCompleteColumn, Progress, TimeElapsedColumn
 
 from dnf_pyg.baselines import BASELINES
 from dnf_pyg.benchmark import ClassicalMethod, Failure, Method, NetworkMethod, Row, RowLog, run_benchmark
+from dnf_pyg.commands.settings import DEFAULTS
 from dnf_pyg.denoise import denoise
 from dnf_pyg.errors import DataError
 from dnf_pyg.pretrained import DEFAULT_WEIGHTS, load_network, packaged_weights
@@ -35,7 +35,6 @@ __all__ = [
 Pair = tuple[Path, Path]
 
 _FILTERED = 20  # iterations of the vertex update after a classical filter
-_NETWORK = inspect.signature(denoise).parameters
 
 
 def add_weights(parser: argparse.ArgumentParser) -> None:
@@ -76,7 +75,7 @@ def add_settings(parser: argparse.ArgumentParser) -> None:
         type=int,
         metavar="N",
         help=f"iterations of the vertex update, most of them for a network, which ends by itself ({_FILTERED} for "
-        f"filters, {_NETWORK['num_iterations'].default} for networks)",
+        f"filters, {DEFAULTS['num_iterations']} for networks)",
     )
     parser.add_argument(
         "--repeat", type=int, default=1, help="filterings by a network, each of its own result (%(default)s)"
@@ -102,10 +101,12 @@ def network_method(title: str, weights: str, options: argparse.Namespace) -> Net
         WeightsError: If it cannot be loaded.
     """
     net = load_network(weights)
-    num_iterations = _NETWORK["num_iterations"].default if options.iterations is None else options.iterations
-    correlation = _NETWORK["max_correlation"].default
-    settings = {"num_iterations": num_iterations, "max_correlation": correlation, "repeat": options.repeat}
-    settings["seed"] = options.seed
+    settings = {
+        "num_iterations": DEFAULTS["num_iterations"] if options.iterations is None else options.iterations,
+        "max_correlation": DEFAULTS["max_correlation"],
+        "repeat": options.repeat,
+        "seed": options.seed,
+    }
     text = "".join(f", {key}={value}" for key, value in settings.items())
     denoiser = partial(denoise, weights=net, **settings)
     return NetworkMethod(title, denoiser, f"denoise(weights={fingerprint(net)}{text})")

@@ -13,7 +13,7 @@ from dnf_pyg.denoise import FAST, denoise
 from dnf_pyg.mesh.geodesic import DijkstraGrowth, Growth, HeatGrowth
 from dnf_pyg.pretrained import DEFAULT_WEIGHTS, packaged_weights
 
-__all__ = ["NumberWithin", "add_settings", "count", "denoise_settings", "not_negative"]
+__all__ = ["DEFAULTS", "NumberWithin", "add_settings", "count", "denoise_settings", "not_negative"]
 
 Number = TypeVar("Number", int, float)
 
@@ -58,7 +58,8 @@ _patch_size = NumberWithin(int, 1, torch.iinfo(torch.int16).max)  # what numbers
 
 _PRECISIONS = {"fp32": torch.float32, "bf16": torch.bfloat16}
 _GROWTHS: dict[str, type[Growth]] = {"dijkstra": DijkstraGrowth, "heat": HeatGrowth}
-_DEFAULTS = {name: parameter.default for name, parameter in inspect.signature(denoise).parameters.items()}
+DEFAULTS = {name: parameter.default for name, parameter in inspect.signature(denoise).parameters.items()}
+"""Defaults of the arguments of :func:`~dnf_pyg.denoise`."""
 
 
 def add_settings(parser: argparse.ArgumentParser) -> tuple[argparse._ArgumentGroup, argparse._ArgumentGroup]:
@@ -77,7 +78,7 @@ def add_settings(parser: argparse.ArgumentParser) -> tuple[argparse._ArgumentGro
     result, running = parser.add_argument_group("result"), parser.add_argument_group("running")
 
     def add(group: argparse._ArgumentGroup, flag: str, name: str, told: str, **options: Any) -> None:
-        default = _DEFAULTS[name]
+        default = DEFAULTS[name]
         shown = f" ({default})" if isinstance(default, int | float) and abs(default) < 1e9 else ""
         group.add_argument(flag, dest=name, default=None, help=told + shown, **options)
 
@@ -105,8 +106,17 @@ def add_settings(parser: argparse.ArgumentParser) -> tuple[argparse._ArgumentGro
 
 def denoise_settings(options: argparse.Namespace) -> dict[str, Any]:
     """Arguments of :func:`~dnf_pyg.denoise` that the options ask for; one given goes before that of ``--fast``."""
-    names = ["strength", "max_move", "num_iterations", "max_correlation", "repeat", "seed", "patch_size"]
-    names += ["min_coverage", "batch_size"]
+    names = (
+        "strength",
+        "max_move",
+        "num_iterations",
+        "max_correlation",
+        "repeat",
+        "seed",
+        "patch_size",
+        "min_coverage",
+        "batch_size",
+    )
     settings = dict(FAST) if options.fast else {}
     settings |= {name: getattr(options, name) for name in names if getattr(options, name) is not None}
     if options.preserve_boundary:

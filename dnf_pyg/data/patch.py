@@ -166,7 +166,6 @@ def patch_to_data(
     if clean_normal is not None:
         data.clean_normal = clean_normal[patch.face_id].float()
     if surface is not None:
-        data.surface = surface[patch.face_id]
-        data.surface[:, :3] -= data.surface[0, :3].clone()
-        data.surface = data.surface.float()
+        centroid, area = surface[patch.face_id].split([3, 1], dim=1)
+        data.surface = torch.cat([centroid - centroid[:1], area], dim=1).float()
     return data

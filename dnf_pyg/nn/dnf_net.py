@@ -13,7 +13,7 @@ from torch_geometric.typing import Adj
 
 from dnf_pyg.nn.bilateral import JointBilateralConv
 from dnf_pyg.nn.embedding import MultiScaleEmbedding
-from dnf_pyg.nn.frame import patch_frames
+from dnf_pyg.nn.frame import in_frame, patch_frames
 from dnf_pyg.nn.residual import ResidualUnit
 from dnf_pyg.nn.surface import patch_surface
 
@@ -194,7 +194,7 @@ class DNFNet(Module, PyTorchModelHubMixin, library_name="dnf_pyg", tags=["mesh-d
     ) -> Iterator[tuple[Tensor, Tensor]]:
         """Cleaned feature map and residual after each unit."""
         if frame is not None:
-            normal = (normal.unsqueeze(2) * frame).sum(dim=1)
+            normal = in_frame(normal, frame)
         x = self.embedding(normal, edge_index, batch, surface=place)
         for unit in self.units:
             residual = unit(x, batch)

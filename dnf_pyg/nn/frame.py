@@ -6,7 +6,7 @@ from torch_geometric.index import index2ptr
 
 from dnf_pyg.nn.segment import segment_sum
 
-__all__ = ["patch_frames"]
+__all__ = ["in_frame", "patch_frames"]
 
 
 @torch.no_grad()
@@ -35,5 +35,19 @@ def patch_frames(normal: Tensor, batch: Tensor | None = None, batch_size: int | 
     ptr = index2ptr(batch, int(batch[-1]) + 1 if batch_size is None else batch_size)
     outer = (normal.unsqueeze(2) * normal.unsqueeze(1)).flatten(1)  # (F, 9)
     axes = torch.linalg.eigh(segment_sum(outer, ptr).view(-1, 3, 3)).eigenvectors
-    cube = (normal.unsqueeze(2) * axes[batch]).sum(dim=1) ** 3
+    cube = in_frame(normal, axes[batch]) ** 3
     return axes * torch.where(segment_sum(cube, ptr) < 0, -1.0, 1.0).to(axes.dtype).unsqueeze(1)
+
+
+def in_frame(vector: Tensor, frame: Tensor) -> Tensor:
+    """Write vectors in the axes of a frame.
+
+    Args:
+        vector: Vectors, shape (F, 3).
+        frame: Axes in the columns, for each vector or for all, shape (F, 3, 3) or (1, 3, 3).
+
+    Example:
+        >>> in_frame(torch.tensor([[1.0, 2.0, 3.0]]), torch.eye(3).flip(1).unsqueeze(0))
+        tensor([[3., 2., 1.]])
+    """
+    return (vector.unsqueeze(2) * frame).sum(dim=1)

@@ -4,6 +4,7 @@ import torch
 from torch import Tensor
 from torch_geometric.index import index2ptr
 
+from dnf_pyg.nn.frame import in_frame
 from dnf_pyg.nn.segment import segment_sum
 
 __all__ = ["patch_surface"]
@@ -36,5 +37,5 @@ def patch_surface(surface: Tensor, batch: Tensor | None = None, frame: Tensor | 
     mean = mean.clamp(min=torch.finfo(mean.dtype).tiny)[batch]
     place, area = surface[:, :3] / mean.sqrt(), (surface[:, 3:] / mean).clamp(min=_SMALLEST)
     if frame is not None:
-        place = (place.unsqueeze(2) * frame).sum(dim=1)
+        place = in_frame(place, frame)
     return torch.cat([place, area.log()], dim=1), area

@@ -1,6 +1,6 @@
 import torch
 
-from dnf_pyg.nn.frame import patch_frames
+from dnf_pyg.nn.frame import in_frame, patch_frames
 
 
 def rotation(mirror=False):
@@ -29,3 +29,12 @@ def test_flat_patch_is_finite():
     frame = patch_frames(torch.tensor([[0.0, 0.0, 1.0]]).expand(5, 3))[0]
     torch.testing.assert_close(frame.t() @ frame, torch.eye(3))
     torch.testing.assert_close(frame[:, 2], torch.tensor([0.0, 0.0, 1.0]))  # largest eigenvalue, positive side
+
+
+def test_vectors_in_a_frame_are_their_shares_along_its_axes():
+    vector, frame = torch.randn(6, 3), torch.linalg.qr(torch.randn(6, 3, 3)).Q
+    out = in_frame(vector, frame)
+    for i in range(6):
+        for axis in range(3):
+            torch.testing.assert_close(out[i, axis], vector[i] @ frame[i, :, axis])
+    torch.testing.assert_close(in_frame(vector, frame[:1]), vector @ frame[0])
