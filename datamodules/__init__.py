@@ -1,12 +1,12 @@
 """Data modules for `dnf-pyg fit`, one per source of meshes, and one for `dnf-pyg predict`."""
 
-from datamodules.clean_meshes import CleanMeshesDataModule
-from datamodules.cnr import CNRDataModule
-from datamodules.depth_camera import DepthCameraDataModule
-from datamodules.generated import GeneratedDataModule
-from datamodules.joint import JointDataModule, Part
-from datamodules.mesh_files import MeshFilesDataModule
-from datamodules.pairs import PairsDataModule
+from dnf_pyg.datamodules.clean_meshes import CleanMeshesDataModule
+from dnf_pyg.datamodules.cnr import CNRDataModule
+from dnf_pyg.datamodules.depth_camera import DepthCameraDataModule
+from dnf_pyg.datamodules.generated import GeneratedDataModule
+from dnf_pyg.datamodules.joint import JointDataModule, Part
+from dnf_pyg.datamodules.mesh_files import MeshFilesDataModule
+from dnf_pyg.datamodules.pairs import PairsDataModule
 
 __all__ = [
     "CNRDataModule",

@@ -4,10 +4,10 @@ from pathlib import Path
 
 from torch.utils.data import Dataset
 
-from datamodules.patches import OnBroken, PatchDataModule
+from dnf_pyg.datamodules.patches import OnBroken, PatchDataModule
 from dnf_pyg.errors import DataError
+from dnf_pyg.io import SUFFIXES
 from dnf_pyg.mesh import Growth
-from dnf_pyg.mesh.io import SUFFIXES
 from dnf_pyg.mesh.noise import GaussianNormalNoise, Noise
 
 __all__ = ["CleanMeshesDataModule", "list_meshes"]
@@ -50,7 +50,7 @@ class CleanMeshesDataModule(PatchDataModule):
         k: Nearest faces kept for each face.
         growth: How patches grow; by Dijkstra's algorithm if not given, else :class:`~dnf_pyg.mesh.HeatGrowth`.
         fresh: Cut patches anew in every epoch, by Dijkstra's algorithm on the noisy surface, rather than once on the
-            clean one (:class:`~dnf_pyg.data.FreshPatchDataset`).
+            clean one (:class:`~dnf_pyg.datasets.FreshPatchDataset`).
         batch_size: Patches per batch.
         val_share: Share of the meshes held back; their noise is the same in every epoch.
         broken: ``stop`` before training if a mesh cannot be read, or ``skip`` it; all of them are named.

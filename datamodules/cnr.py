@@ -5,10 +5,10 @@ from typing import Literal
 
 from torch.utils.data import Dataset
 
-from datamodules.patches import OnBroken, PatchDataModule
+from dnf_pyg.datamodules.patches import OnBroken, PatchDataModule
+from dnf_pyg.datasets.pairing import pair_meshes
 from dnf_pyg.errors import DataError
 from dnf_pyg.mesh import Growth
-from dnf_pyg.mesh.pairs import pair_meshes
 
 __all__ = ["CNRDataModule", "cnr_pairs"]
 
@@ -19,7 +19,7 @@ _SOURCE = (
 
 
 def cnr_pairs(root: str | Path, subset: str, split: str) -> list[tuple[Path, Path]]:
-    """List noisy and clean files of one split (:func:`~dnf_pyg.mesh.pairs.pair_meshes`).
+    """List noisy and clean files of one split (:func:`~dnf_pyg.datasets.pairing.pair_meshes`).
 
     Where the subset has a ``train_list.txt`` or ``test_list.txt``, only the names in it count.
 

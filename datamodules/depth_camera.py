@@ -8,13 +8,13 @@ from rich.console import Console
 from rich.progress import track
 from torch.utils.data import Dataset
 
-from datamodules.clean_meshes import list_meshes
-from datamodules.patches import OnBroken, PatchDataModule
-from dnf_pyg.data.cache import name_entry
+from dnf_pyg.datamodules.clean_meshes import list_meshes
+from dnf_pyg.datamodules.patches import OnBroken, PatchDataModule
+from dnf_pyg.datasets.cache import name_entry
+from dnf_pyg.io import read_mesh, write_mesh
 from dnf_pyg.mesh import Growth
-from dnf_pyg.mesh.depth_camera import DepthCamera, KinectV1
-from dnf_pyg.mesh.io import read_mesh, write_mesh
-from dnf_pyg.mesh.shapes.dice import Dice
+from dnf_pyg.synthetic.depth_camera import DepthCamera, KinectV1
+from dnf_pyg.synthetic.shapes.dice import Dice
 
 __all__ = ["DepthCameraDataModule"]
 

@@ -8,17 +8,17 @@ from rich.console import Console
 from rich.progress import track
 from torch.utils.data import Dataset
 
-from datamodules.patches import PatchDataModule
+from dnf_pyg.datamodules.patches import PatchDataModule
+from dnf_pyg.io import write_mesh
 from dnf_pyg.mesh import Growth
-from dnf_pyg.mesh.io import write_mesh
 from dnf_pyg.mesh.noise import GaussianNormalNoise, Noise
-from dnf_pyg.mesh.shapes import SHAPES
+from dnf_pyg.synthetic.shapes import SHAPES
 
 __all__ = ["GeneratedDataModule"]
 
 
 class GeneratedDataModule(PatchDataModule):
-    """Patches of random shapes (:data:`dnf_pyg.mesh.shapes.SHAPES`) with noise added.
+    """Patches of random shapes (:data:`dnf_pyg.synthetic.shapes.SHAPES`) with noise added.
 
     The meshes are made once and kept in ``root/raw``.
 

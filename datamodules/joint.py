@@ -7,7 +7,7 @@ from lightning.pytorch import LightningDataModule
 from lightning.pytorch.utilities import CombinedLoader
 from torch_geometric.data import Batch
 
-from datamodules.patches import PatchDataModule
+from dnf_pyg.datamodules.patches import PatchDataModule
 
 __all__ = ["JointDataModule", "Part"]
 
@@ -31,8 +31,8 @@ class Part:
 class JointDataModule(LightningDataModule):
     """Serve a batch of every data set in each step: a dictionary by name; the shorter ones start again.
 
-    Each batch carries ``levels`` and ``weight`` for :class:`~dnf_pyg.module.NormalFilteringModule`, which logs the
-    loss and theta of each data set under its name.
+    Each batch carries ``levels`` and ``weight`` for :class:`~dnf_pyg.train.module.NormalFilteringModule`, which logs
+    the loss and theta of each data set under its name.
 
     Args:
         parts: Data sets by name.

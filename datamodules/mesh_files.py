@@ -8,8 +8,8 @@ from lightning.pytorch.utilities import rank_zero_info
 from torch.utils.data import DataLoader
 
 from dnf_pyg.errors import DataError
-from dnf_pyg.mesh.atomic import check_writable
-from dnf_pyg.mesh.io import find_meshes
+from dnf_pyg.io import find_meshes
+from dnf_pyg.io.atomic import check_writable
 
 __all__ = ["MeshFilesDataModule", "equal_shares"]
 
@@ -48,7 +48,7 @@ class MeshFilesDataModule(LightningDataModule):
     Raises:
         DataError: If the results would replace the inputs.
         MeshFileError: If nothing can be written to the output; for the inputs see
-            :func:`~dnf_pyg.mesh.io.find_meshes`.
+            :func:`~dnf_pyg.io.find_meshes`.
     """
 
     def __init__(self, inputs: Sequence[str], output: str, overwrite: bool = False) -> None:

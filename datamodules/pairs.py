@@ -5,10 +5,10 @@ from pathlib import Path
 
 from torch.utils.data import Dataset
 
-from datamodules.patches import OnBroken, PatchDataModule
+from dnf_pyg.datamodules.patches import OnBroken, PatchDataModule
 from dnf_pyg.errors import DataError
+from dnf_pyg.io import SUFFIXES
 from dnf_pyg.mesh import Growth
-from dnf_pyg.mesh.io import SUFFIXES
 
 __all__ = ["PairsDataModule", "find_pairs"]
 

@@ -12,13 +12,14 @@ from torch_geometric.data import Data
 from torch_geometric.loader import DataLoader
 from torch_geometric.transforms import Compose
 
-from datamodules.sampling import EpochSampler, SeededItems, ShareSampler
-from dnf_pyg.data import FreshPatchDataset, JitterNormal, MeshDataset, PatchDataset, RandomRotation
-from dnf_pyg.data.faults import find_faults
-from dnf_pyg.data.mesh_dataset import MeshPair
+from dnf_pyg.datamodules.sampling import EpochSampler, SeededItems, ShareSampler
+from dnf_pyg.datasets import FreshPatchDataset, MeshDataset, PatchDataset
+from dnf_pyg.datasets.checks import find_faults
+from dnf_pyg.datasets.mesh_dataset import MeshPair
 from dnf_pyg.errors import DataError
 from dnf_pyg.mesh import Growth
 from dnf_pyg.mesh.noise import Noise
+from dnf_pyg.transforms import JitterNormal, RandomRotation
 
 __all__ = ["OnBroken", "PatchDataModule", "spread"]
 
@@ -39,7 +40,7 @@ def spread(names: list[str], share: float) -> set[str]:
 class PatchDataModule(LightningDataModule):
     """Serve batches of patches; a subclass says which data set belongs to which split.
 
-    Every batch is a PyG ``Batch`` with the attributes listed in :mod:`dnf_pyg.data.patch`.
+    Every batch is a PyG ``Batch`` with the attributes listed in :mod:`dnf_pyg.patches.patch`.
 
     Args:
         batch_size: Patches per batch.

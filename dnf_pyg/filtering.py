@@ -8,12 +8,12 @@ import torch
 from torch import Tensor
 from torch_geometric.data import Batch
 
-from dnf_pyg.data.patch import Patch, PatchExtractor, face_surface, patch_to_data
-from dnf_pyg.data.seeds import cover
 from dnf_pyg.errors import WeightsError
 from dnf_pyg.mesh.geodesic import Growth
 from dnf_pyg.mesh.geometry import filled_face_normals, mean_edge_length
 from dnf_pyg.nn import DNFNet, spread_neighbors
+from dnf_pyg.patches.patch import Patch, PatchExtractor, face_surface, patch_to_data
+from dnf_pyg.patches.seeds import cover
 
 __all__ = ["FilteredNormals", "Progress", "filter_normals"]
 

@@ -53,6 +53,14 @@ def make_test_set(tmp_path):
     return make
 
 
+@pytest.fixture
+def test_set(make_test_set):
+    """Folder with a ball and a box, each with noise n1 and n2."""
+    return make_test_set(
+        {"ball": trimesh.creation.icosphere(subdivisions=2), "box": trimesh.creation.box().subdivide()}
+    )
+
+
 @pytest.fixture(scope="session")
 def cnr_root():
     """The CNR benchmark beside the checkout; tests that use it skip where it is absent."""

@@ -20,7 +20,7 @@ from safetensors.torch import load_file, save_file
 
 from dnf_pyg import denoise
 from dnf_pyg.cli import main
-from dnf_pyg.mesh.io import read_mesh
+from dnf_pyg.io import read_mesh
 from dnf_pyg.nn import DNFNet
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "bad_input.md"
@@ -248,7 +248,7 @@ def test_interrupt_leaves_no_file(place, weights, monkeypatch, capsys, moment):
     def interrupt(*_, **__):
         signal.raise_signal(signal.SIGINT)
 
-    filtering = (sys.modules["dnf_pyg.denoise"], "filter_normals")
+    filtering = (sys.modules["dnf_pyg.pipeline"], "filter_normals")
     monkeypatch.setattr(*(filtering if moment == "filtering" else (os, "replace")), interrupt)
     before = sorted(place.rglob("*"))
     status = main(["denoise", str(place / "noisy.ply"), "-o", str(place / "out.ply"), "--weights", str(weights)])

@@ -8,7 +8,7 @@ import torch
 import trimesh
 
 from dnf_pyg.cli import main
-from dnf_pyg.mesh.io import read_mesh
+from dnf_pyg.io import read_mesh
 from dnf_pyg.nn import DNFNet
 
 SMALL = {"k": (3, 5, 8), "residual_k": 4, "channels": (8, 8, 8), "embedding_channels": 8}

@@ -13,7 +13,7 @@ import trimesh
 from PIL import Image
 
 from dnf_pyg.cli import main
-from dnf_pyg.mesh.io import read_mesh, write_mesh
+from dnf_pyg.io import read_mesh, write_mesh
 from dnf_pyg.nn import DNFNet
 
 

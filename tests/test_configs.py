@@ -6,9 +6,9 @@ import pytest
 import trimesh
 import yaml
 
-from datamodules import GeneratedDataModule
-from datamodules.patches import spread
 from dnf_pyg.cli import main
+from dnf_pyg.datamodules import GeneratedDataModule
+from dnf_pyg.datamodules.patches import spread
 from dnf_pyg.nn import DNFNet
 
 CONFIGS = sorted((Path(__file__).resolve().parents[1] / "configs").glob("*.yaml"))

@@ -9,7 +9,7 @@ import torch
 import trimesh
 
 from dnf_pyg.cli import main
-from dnf_pyg.mesh.io import read_mesh, write_mesh
+from dnf_pyg.io import read_mesh, write_mesh
 from dnf_pyg.nn import DNFNet
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "bad_input.md"

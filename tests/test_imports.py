@@ -7,32 +7,25 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 ALLOWED = {
-    "__init__": {"denoise", "errors", "pretrained"},
+    "__init__": {"errors", "pipeline", "weights"},
     "errors": set(),
     "mesh": {"errors"},
     "nn": {"errors"},
-    "data": {"errors", "mesh"},
-    "losses": set(),
-    "processes": set(),
-    "metrics": {"mesh"},
-    "raster": {"mesh"},
-    "baselines": {"errors", "mesh"},
-    "distillation": {"errors", "losses", "pretrained"},
-    "module": {"errors", "nn", "losses", "metrics", "distillation", "pretrained", "processes"},
-    "callbacks": {"errors", "mesh", "metrics", "denoise", "report", "module"},
-    "pretrained": {"errors", "nn"},
-    "release": {"errors", "nn", "pretrained"},
-    "filtering": {"errors", "mesh", "data", "nn"},
-    "denoise": {"errors", "mesh", "data", "nn", "pretrained", "filtering"},
-    "prediction": {"errors", "mesh", "nn", "denoise", "processes"},
-    "report": {"errors", "mesh", "raster"},
-    "notebook": {"errors", "raster"},
-    "benchmark": {"errors", "mesh", "denoise", "baselines", "metrics", "report", "pretrained"},
-    "experiments": {"errors", "mesh", "benchmark"},
-    "datamodules": {"errors", "mesh", "data"},
+    "io": {"errors", "mesh"},
+    "patches": {"errors", "mesh"},
+    "synthetic": {"errors", "mesh"},
+    "transforms": {"errors", "mesh", "patches"},
+    "datasets": {"errors", "io", "mesh", "patches", "transforms"},
+    "weights": {"errors", "nn"},
+    "filtering": {"errors", "mesh", "nn", "patches"},
+    "pipeline": {"errors", "filtering", "mesh", "nn", "patches", "weights"},
+    "view": {"errors", "io", "mesh"},
+    "evaluate": {"datasets", "errors", "io", "mesh", "pipeline", "view", "weights"},
+    "train": {"errors", "evaluate", "io", "mesh", "nn", "pipeline", "view", "weights"},
+    "datamodules": {"datasets", "errors", "io", "mesh", "patches", "synthetic", "transforms"},
 }
 TOP = {"cli", "commands"}  # may import everything, and only each other imports them
-NO_LIGHTNING = {"nn", "mesh", "data", "filtering", "denoise"}
+NO_LIGHTNING = {"datasets", "filtering", "mesh", "nn", "patches", "pipeline"}
 FILES = sorted([*(ROOT / "dnf_pyg").rglob("*.py"), *(ROOT / "datamodules").rglob("*.py")])
 
 
@@ -57,8 +50,8 @@ def test_imports_point_one_way(path):
         parts = module.split(".")
         if unit in NO_LIGHTNING:
             assert parts[0] not in ("lightning", "pytorch_lightning"), f"{unit} must work without Lightning"
-        if unit not in TOP and parts[0] in ("dnf_pyg", "datamodules"):
-            other = parts[0] if parts[0] == "datamodules" else (parts[1] if len(parts) > 1 else "__init__")
+        if unit not in TOP and parts[0] == "dnf_pyg":
+            other = parts[1] if len(parts) > 1 else "__init__"
             assert other in ALLOWED[unit] | {unit}, f"{unit} must not import {other}"
 
 

@@ -14,27 +14,29 @@ SOURCES = sorted(
 )
 ELSEWHERE = {  # parts that only show in what is made of them
     "datamodules/test_broken.py": ["datamodules/clean_meshes.py"],
-    "commands/test_predict.py": ["datamodules/mesh_files.py", "dnf_pyg/prediction.py"],
+    "commands/test_predict.py": ["datamodules/mesh_files.py", "dnf_pyg/train/prediction.py"],
     "commands/test_train.py": ["dnf_pyg/commands/run_folder.py"],
     "test_bad_input.py": ["dnf_pyg/errors.py"],
     "test_cli.py": [f"dnf_pyg/commands/{name}.py" for name in ("add_noise", "compare", "configs", "make_shape")],
     "test_cli_denoise.py": ["dnf_pyg/commands/denoise.py", "dnf_pyg/commands/outcome.py"],
     "commands/test_benchmark.py": ["dnf_pyg/commands/methods.py"],
     "commands/test_experiment.py": [
-        f"dnf_pyg/experiments/{name}.py" for name in ("ablation", "scores", "series_report")
+        f"dnf_pyg/evaluate/experiments/{name}.py" for name in ("ablation", "scores", "series_report")
     ],
-    "test_denoise.py": ["dnf_pyg/filtering.py"],
-    "baselines/test_bilateral.py": ["dnf_pyg/baselines/filtered.py"],
-    "data/test_seeds.py": ["dnf_pyg/data/coverage.py"],
-    "data/test_datasets.py": ["dnf_pyg/data/mesh_dataset.py"],
-    "mesh/test_io.py": ["dnf_pyg/mesh/convert.py"],
+    "test_pipeline.py": ["dnf_pyg/filtering.py"],
+    "evaluate/baselines/test_bilateral.py": ["dnf_pyg/evaluate/baselines/filtered.py"],
+    "patches/test_seeds.py": ["dnf_pyg/patches/coverage.py"],
+    "datasets/test_datasets.py": [
+        f"dnf_pyg/datasets/{name}.py" for name in ("fresh_patch_dataset", "mesh_dataset", "patch_dataset")
+    ],
+    "io/test_files.py": ["dnf_pyg/io/convert.py"],
     "mesh/test_geodesic.py": ["dnf_pyg/mesh/dijkstra.py"],
-    "mesh/formats/test_obj.py": ["dnf_pyg/mesh/formats/document.py"],
-    "mesh/formats/test_gltf.py": [f"dnf_pyg/mesh/formats/{name}.py" for name in ("glb", "gltf_nodes", "gltf_scene")],
-    "mesh/formats/test_ply.py": [f"dnf_pyg/mesh/formats/{name}.py" for name in ("ply_body", "ply_header")],
-    "mesh/shapes/test_topology.py": ["dnf_pyg/mesh/shapes/incidence.py"],
-    "mesh/test_shapes.py": [
-        f"dnf_pyg/mesh/shapes/{name}.py"
+    "io/formats/test_obj.py": ["dnf_pyg/io/formats/document.py"],
+    "io/formats/test_gltf.py": [f"dnf_pyg/io/formats/{name}.py" for name in ("glb", "gltf_nodes", "gltf_scene")],
+    "io/formats/test_ply.py": [f"dnf_pyg/io/formats/{name}.py" for name in ("ply_body", "ply_header")],
+    "synthetic/shapes/test_topology.py": ["dnf_pyg/synthetic/shapes/incidence.py"],
+    "synthetic/test_shapes.py": [
+        f"dnf_pyg/synthetic/shapes/{name}.py"
         for name in ("build", "cad", "contour", "displaced", "organic", "placing", "remesh", "sculpted")
     ],
 }

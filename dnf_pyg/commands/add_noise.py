@@ -6,7 +6,7 @@ from pathlib import Path
 import torch
 
 from dnf_pyg.commands.settings import not_negative
-from dnf_pyg.mesh.io import read_mesh, write_mesh
+from dnf_pyg.io import read_mesh, write_mesh
 from dnf_pyg.mesh.noise import NOISE_KINDS
 
 __all__ = ["add_arguments", "run"]

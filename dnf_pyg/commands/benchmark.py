@@ -12,8 +12,23 @@ from pathlib import Path
 import torch
 
 import dnf_pyg
-from dnf_pyg.baselines import BASELINES
-from dnf_pyg.benchmark import (
+from dnf_pyg.commands.methods import (
+    add_baselines,
+    add_selection,
+    add_settings,
+    add_weights,
+    check_titles,
+    classical_methods,
+    matches,
+    network_method,
+    run_methods,
+    selected,
+    split_title,
+)
+from dnf_pyg.datasets.pairing import pair_meshes
+from dnf_pyg.errors import DataError
+from dnf_pyg.evaluate.baselines import BASELINES
+from dnf_pyg.evaluate.benchmark import (
     Failure,
     Method,
     OutputFolder,
@@ -28,24 +43,9 @@ from dnf_pyg.benchmark import (
     write_csv,
     write_json,
 )
-from dnf_pyg.commands.methods import (
-    add_baselines,
-    add_selection,
-    add_settings,
-    add_weights,
-    check_titles,
-    classical_methods,
-    matches,
-    network_method,
-    run_methods,
-    selected,
-    split_title,
-)
-from dnf_pyg.errors import DataError
-from dnf_pyg.mesh.atomic import write_bytes
-from dnf_pyg.mesh.io import MeshFile, read_mesh, write_mesh
-from dnf_pyg.mesh.pairs import pair_meshes
-from dnf_pyg.report import draw_meshes
+from dnf_pyg.io import MeshFile, read_mesh, write_mesh
+from dnf_pyg.io.atomic import write_bytes
+from dnf_pyg.view.report import draw_meshes
 
 __all__ = ["add_arguments", "run"]
 

@@ -8,10 +8,10 @@ from pathlib import Path
 from torch import Tensor
 
 from dnf_pyg.errors import MeshError
+from dnf_pyg.evaluate.metrics import VertexError, angular_difference
+from dnf_pyg.io import MeshFile, read_mesh
 from dnf_pyg.mesh.geometry import face_normals
-from dnf_pyg.mesh.io import MeshFile, read_mesh
 from dnf_pyg.mesh.validate import validate_mesh
-from dnf_pyg.metrics import VertexError, angular_difference
 
 __all__ = ["add_arguments", "measure", "read_reference", "run"]
 

@@ -13,15 +13,15 @@ from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, T
 from dnf_pyg.commands.compare import read_reference
 from dnf_pyg.commands.outcome import Outcome, outcome_figures, outcome_text
 from dnf_pyg.commands.settings import DEFAULTS, add_settings, count, denoise_settings
-from dnf_pyg.denoise import denoise
 from dnf_pyg.errors import DNFError, MeshFileError
-from dnf_pyg.mesh.atomic import check_writable
+from dnf_pyg.io import SUFFIXES, find_meshes, read_mesh, write_mesh
+from dnf_pyg.io.atomic import check_writable
+from dnf_pyg.io.selection import read_selection
 from dnf_pyg.mesh.geodesic import DijkstraGrowth
-from dnf_pyg.mesh.io import SUFFIXES, find_meshes, read_mesh, write_mesh
-from dnf_pyg.mesh.selection import read_selection
 from dnf_pyg.nn import DNFNet
-from dnf_pyg.pretrained import load_network
-from dnf_pyg.report import draw_meshes, write_report
+from dnf_pyg.pipeline import denoise
+from dnf_pyg.view.report import draw_meshes, write_report
+from dnf_pyg.weights.load import load_network
 
 __all__ = ["add_arguments", "run"]
 

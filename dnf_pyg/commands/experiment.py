@@ -8,7 +8,6 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from dnf_pyg.benchmark import Failure, RowLog, find_test_folder, read_published
 from dnf_pyg.commands.methods import (
     add_baselines,
     add_selection,
@@ -21,10 +20,11 @@ from dnf_pyg.commands.methods import (
     selected,
     split_title,
 )
+from dnf_pyg.datasets.pairing import pair_meshes
 from dnf_pyg.errors import DataError
-from dnf_pyg.experiments import CASES, SERIES, write_ablation, write_scores, write_series
-from dnf_pyg.experiments.ablation import PAPER_MESHES
-from dnf_pyg.mesh.pairs import pair_meshes
+from dnf_pyg.evaluate.benchmark import Failure, RowLog, find_test_folder, read_published
+from dnf_pyg.evaluate.experiments import CASES, SERIES, write_ablation, write_scores, write_series
+from dnf_pyg.evaluate.experiments.ablation import PAPER_MESHES
 
 __all__ = ["add_arguments", "find_run", "run"]
 

@@ -7,8 +7,8 @@ import torch
 import trimesh
 
 from dnf_pyg.commands.settings import count
-from dnf_pyg.mesh.io import write_mesh
-from dnf_pyg.mesh.shapes import SHAPES
+from dnf_pyg.io import write_mesh
+from dnf_pyg.synthetic.shapes import SHAPES
 
 __all__ = ["add_arguments", "run"]
 

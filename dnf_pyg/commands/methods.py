@@ -10,13 +10,13 @@ from typing import Any
 from rich.console import Console
 from rich.progress import MofNCompleteColumn, Progress, TimeElapsedColumn
 
-from dnf_pyg.baselines import BASELINES
-from dnf_pyg.benchmark import ClassicalMethod, Failure, Method, NetworkMethod, Row, RowLog, run_benchmark
 from dnf_pyg.commands.settings import DEFAULTS
-from dnf_pyg.denoise import denoise
 from dnf_pyg.errors import DataError
-from dnf_pyg.pretrained import DEFAULT_WEIGHTS, load_network, packaged_weights
-from dnf_pyg.release import fingerprint
+from dnf_pyg.evaluate.baselines import BASELINES
+from dnf_pyg.evaluate.benchmark import ClassicalMethod, Failure, Method, NetworkMethod, Row, RowLog, run_benchmark
+from dnf_pyg.pipeline import denoise
+from dnf_pyg.weights.load import DEFAULT_WEIGHTS, load_network, packaged_weights
+from dnf_pyg.weights.release import fingerprint
 
 __all__ = [
     "add_baselines",
@@ -152,7 +152,7 @@ def matches(name: str, patterns: Sequence[str]) -> bool:
 def run_methods(
     pairs: Sequence[Pair], methods: Sequence[Method], log: RowLog, **options: Any
 ) -> tuple[list[Row], list[Failure]]:
-    """:func:`~dnf_pyg.benchmark.run_benchmark` with a progress bar; ``options`` are handed on."""
+    """:func:`~dnf_pyg.evaluate.benchmark.run_benchmark` with a progress bar; ``options`` are handed on."""
     console = Console(stderr=True)
     with Progress(
         *Progress.get_default_columns(), MofNCompleteColumn(), TimeElapsedColumn(), console=console, transient=True

@@ -5,10 +5,10 @@ from pathlib import Path
 from typing import Any
 
 from dnf_pyg.commands.compare import measure
-from dnf_pyg.denoise import DenoiseResult
+from dnf_pyg.evaluate.metrics import MeanAngularDifference
+from dnf_pyg.io import MeshFile
 from dnf_pyg.mesh.geometry import face_normals, mean_edge_length
-from dnf_pyg.mesh.io import MeshFile
-from dnf_pyg.metrics import MeanAngularDifference
+from dnf_pyg.pipeline import DenoiseResult
 
 __all__ = ["Outcome", "outcome_figures", "outcome_text"]
 

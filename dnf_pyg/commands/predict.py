@@ -13,13 +13,13 @@ from typing import Any
 from lightning.pytorch import Callback, LightningModule, Trainer
 from lightning.pytorch.cli import LightningArgumentParser
 
-from datamodules import MeshFilesDataModule
 from dnf_pyg.commands.outcome import Outcome, outcome_text
 from dnf_pyg.commands.settings import add_settings, denoise_settings
+from dnf_pyg.datamodules import MeshFilesDataModule
 from dnf_pyg.errors import DataError, DNFError
-from dnf_pyg.mesh.io import SUFFIXES
-from dnf_pyg.prediction import DenoisedFile, FailedFile, MeshDenoisingModule
-from dnf_pyg.pretrained import load_network
+from dnf_pyg.io import SUFFIXES
+from dnf_pyg.train.prediction import DenoisedFile, FailedFile, MeshDenoisingModule
+from dnf_pyg.weights.load import load_network
 
 __all__ = ["run"]
 

@@ -14,7 +14,7 @@ from lightning.pytorch.loggers import CSVLogger
 from dnf_pyg.commands.configs import find_config
 from dnf_pyg.commands.run_folder import keep_curve, last_checkpoint, number_loggers, unnumbered_loggers
 from dnf_pyg.errors import DataError
-from dnf_pyg.module import NormalFilteringModule
+from dnf_pyg.train.module import NormalFilteringModule
 
 __all__ = ["run"]
 

@@ -6,10 +6,10 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from dnf_pyg.benchmark import Row, summarize
 from dnf_pyg.errors import DataError, WeightsError
-from dnf_pyg.pretrained import DEFAULT_WEIGHTS, load_network, packaged_weights
-from dnf_pyg.release import Release, fingerprint, read_release, write_release
+from dnf_pyg.evaluate.benchmark import Row, summarize
+from dnf_pyg.weights.load import DEFAULT_WEIGHTS, load_network, packaged_weights
+from dnf_pyg.weights.release import Release, fingerprint, read_release, write_release
 
 __all__ = ["add_arguments", "run"]
 

@@ -6,7 +6,7 @@ from torch.nn import BatchNorm1d, Linear, Module
 from torch.nn import functional as F
 from torch_geometric.index import index2ptr
 
-from dnf_pyg.nn.segment import segment_max, segment_mean
+from dnf_pyg.nn.kernels.segment import segment_max, segment_mean
 
 __all__ = ["ChannelAttention"]
 

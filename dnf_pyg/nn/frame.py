@@ -4,7 +4,7 @@ import torch
 from torch import Tensor
 from torch_geometric.index import index2ptr
 
-from dnf_pyg.nn.segment import segment_sum
+from dnf_pyg.nn.kernels.segment import segment_sum
 
 __all__ = ["in_frame", "patch_frames"]
 

@@ -9,9 +9,9 @@ from torch_geometric import EdgeIndex
 from torch_geometric.nn import MLP, MessagePassing
 from torch_geometric.typing import Adj, OptPairTensor
 
-from dnf_pyg.nn.edge_mlp import folded_edge_max, normalized_edge_max
+from dnf_pyg.nn.kernels.edge_mlp import folded_edge_max, normalized_edge_max
+from dnf_pyg.nn.kernels.rows import Rows
 from dnf_pyg.nn.neighbors import first_of_equal_rows, sort_by_center
-from dnf_pyg.nn.rows import Rows
 
 __all__ = ["FeatureGroupingConv", "NormalGroupingConv", "SurfaceGroupingConv"]
 
@@ -105,8 +105,9 @@ class NormalGroupingConv(GroupingConv):
 
     with a shared MLP :math:`h_{\Theta}`, batch normalization and ReLU after each of its linear layers. The first linear
     layer is split over source and target, two products per face and none per edge. The rest runs in blocks of centres
-    (:mod:`~dnf_pyg.nn.recompute` in training, :mod:`~dnf_pyg.nn.fused` in evaluation under ``torch.no_grad()``); in
-    evaluation with gradients, in ``explain`` and inside ``torch.compile`` it is ordinary message passing.
+    (:mod:`~dnf_pyg.nn.kernels.recompute` in training, :mod:`~dnf_pyg.nn.kernels.fused` in evaluation under
+    ``torch.no_grad()``); in evaluation with gradients, in ``explain`` and inside ``torch.compile`` it is ordinary
+    message passing.
     Source: Li et al. 2020, Sec. 3.3.1 (normal grouping layer, feature extraction layer).
 
     Args:

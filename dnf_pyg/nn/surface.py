@@ -5,7 +5,7 @@ from torch import Tensor
 from torch_geometric.index import index2ptr
 
 from dnf_pyg.nn.frame import in_frame
-from dnf_pyg.nn.segment import segment_sum
+from dnf_pyg.nn.kernels.segment import segment_sum
 
 __all__ = ["patch_surface"]
 

@@ -14,8 +14,8 @@ import fast_simplification
 import torch
 import trimesh
 
-from dnf_pyg.mesh.io import read_mesh, write_mesh
-from dnf_pyg.mesh.shapes import SHAPES
+from dnf_pyg.io import read_mesh, write_mesh
+from dnf_pyg.synthetic.shapes import SHAPES
 
 REDISTRIBUTABLE = """
 Cylinder ccylinder Icosahedron Octahedron octa-flower cad gear hexnut stepped_shaft lbracket tee_pipe hex_cone

@@ -10,9 +10,9 @@ COLUMNS = [22, 187, 352, 517, 682, 847]
 # title of a lane, its top, and its boxes: column, what happens, where in the code
 LANES = [
     ("Denoise", 34, [
-        (0, "mesh file → tensors", "dnf_pyg.mesh.io"),
-        (1, "check, weld copies, find the noise level", "dnf_pyg.denoise"),
-        (2, "cover the mesh with patches", "dnf_pyg.data.seeds"),
+        (0, "mesh file → tensors", "dnf_pyg.io.files"),
+        (1, "check, weld copies, find the noise level", "dnf_pyg.pipeline"),
+        (2, "cover the mesh with patches", "dnf_pyg.patches.seeds"),
         (3, "filter the normals of each patch", "dnf_pyg.nn.dnf_net"),
         (4, "fuse overlapping normals", "dnf_pyg.filtering"),
         (5, "move vertices to fit, write the file", "dnf_pyg.mesh.vertex_update"),
@@ -27,19 +27,19 @@ LANES = [
     ]),
     ("Train", 342, [
         (0, "clean meshes, or pairs; noise is drawn", "dnf_pyg.mesh.noise"),
-        (1, "cut patches once, map them into memory", "dnf_pyg.data.datasets"),
-        (2, "turn and jitter, batch", "datamodules.patches"),
-        (3, "steps, logs, optimizer", "dnf_pyg.module"),
-        (4, "recovery of every unit, size of its residual", "dnf_pyg.losses"),
-        (5, "checkpoint → network", "dnf_pyg.pretrained"),
+        (1, "cut patches once, map them into memory", "dnf_pyg.datasets.patch_dataset"),
+        (2, "turn and jitter, batch", "dnf_pyg.datamodules.patches"),
+        (3, "steps, logs, optimizer", "dnf_pyg.train.module"),
+        (4, "recovery of every unit, size of its residual", "dnf_pyg.train.losses"),
+        (5, "checkpoint → network", "dnf_pyg.weights.load"),
     ]),
     ("Measure and show", 496, [
-        (0, "folders of test meshes", "dnf_pyg.mesh.pairs"),
-        (1, "other filters", "dnf_pyg.baselines"),
-        (2, "θ and E_v", "dnf_pyg.metrics"),
-        (3, "tables, plots; the paper's own in experiments", "dnf_pyg.benchmark"),
-        (4, "pictures and the 3D page", "dnf_pyg.report"),
-        (5, "cards of released weights", "dnf_pyg.release"),
+        (0, "folders of test meshes", "dnf_pyg.datasets.pairing"),
+        (1, "other filters", "dnf_pyg.evaluate.baselines"),
+        (2, "θ and E_v", "dnf_pyg.evaluate.metrics"),
+        (3, "tables, plots; the paper's own in experiments", "dnf_pyg.evaluate.benchmark"),
+        (4, "pictures and the 3D page", "dnf_pyg.view.report"),
+        (5, "cards of released weights", "dnf_pyg.weights.release"),
     ]),
 ]  # fmt: skip
 

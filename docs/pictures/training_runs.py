@@ -29,7 +29,7 @@ ABLATIONS = {  # rows of Table 1: arguments of the network, of the loss
 def clean_meshes(root, folder, names=MESHES, **options):
     arguments = {"noise_level": [0.1, 0.3], "num_patches": 30, "patch_size": 300, "k": 20, "batch_size": 4}
     arguments |= {"root": str(root), "names": names, "cache": str(folder / "patches"), "rotate": False, **options}
-    return {"class_path": "datamodules.CleanMeshesDataModule", "init_args": arguments}
+    return {"class_path": "dnf_pyg.datamodules.CleanMeshesDataModule", "init_args": arguments}
 
 
 def config(folder, name, data, max_steps, net=None, loss=None, callbacks=(), checkpoint=None, **model):
@@ -49,7 +49,7 @@ def config(folder, name, data, max_steps, net=None, loss=None, callbacks=(), che
         },
         "model": {
             "net": {"class_path": "dnf_pyg.nn.DNFNet", "init_args": {**NET, **(net or {})}},
-            "loss": {"class_path": "dnf_pyg.losses.JointLoss", "init_args": {"alpha": 0.01, **(loss or {})}},
+            "loss": {"class_path": "dnf_pyg.train.losses.JointLoss", "init_args": {"alpha": 0.01, **(loss or {})}},
             "optimizer": {"class_path": "torch.optim.Adam", "init_args": {"lr": 3.0e-3}},
             "scheduler": {
                 "class_path": "torch.optim.lr_scheduler.CosineAnnealingLR",
@@ -107,7 +107,7 @@ def run_killed(folder, name, content, at_step):
 def main():
     data, folder = Path(sys.argv[1]) / "Synthetic" / "train" / "original", Path(sys.argv[2]).resolve()
     validation = {
-        "class_path": "dnf_pyg.callbacks.MeshValidation",
+        "class_path": "dnf_pyg.train.callbacks.MeshValidation",
         "init_args": {"meshes": [str(data / "gem.obj")], "every_n_epochs": 2},  # held back
     }
     run(folder, "real", config(folder, "real", clean_meshes(data, folder), 600, callbacks=[validation]))
@@ -117,11 +117,11 @@ def main():
     parts = {
         "gaussian": {"data": clean_meshes(data, folder, k=12), "levels": [4, 8, 12]},
         "kinect": {
-            "data": {"class_path": "datamodules.DepthCameraDataModule", "init_args": views},
+            "data": {"class_path": "dnf_pyg.datamodules.DepthCameraDataModule", "init_args": views},
             "levels": [10, 20, 30],
         },
     }
-    joint = {"class_path": "datamodules.JointDataModule", "init_args": {"parts": parts}}
+    joint = {"class_path": "dnf_pyg.datamodules.JointDataModule", "init_args": {"parts": parts}}
     wide = {"k": [10, 20, 30]}
     statistics = {"separate_statistics": ["gaussian", "kinect"]}
     run(folder, "joint", config(folder, "joint", joint, 350, net=wide, **statistics))

@@ -7,7 +7,7 @@ from functools import partial
 import torch
 import trimesh
 
-from dnf_pyg.baselines import BASELINES
+from dnf_pyg.evaluate.baselines import BASELINES
 from dnf_pyg.mesh.noise import GaussianNormalNoise
 from dnf_pyg.mesh.surface_distance import surface_distance
 

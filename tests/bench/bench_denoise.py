@@ -12,9 +12,9 @@ import torch
 import trimesh
 
 from dnf_pyg import FAST, denoise, load_network
-from dnf_pyg.baselines import BASELINES
+from dnf_pyg.evaluate.baselines import BASELINES
+from dnf_pyg.io import read_mesh, write_mesh
 from dnf_pyg.mesh.geometry import angular_difference, face_normals
-from dnf_pyg.mesh.io import read_mesh, write_mesh
 from dnf_pyg.mesh.noise import GaussianNormalNoise
 from dnf_pyg.nn import DNFNet
 

@@ -16,10 +16,11 @@ import numpy as np
 import torch
 import trimesh
 
-from dnf_pyg.data import FreshPatchDataset, PatchDataset, PatchExtractor, cover, patch_to_data
+from dnf_pyg.datasets import FreshPatchDataset, PatchDataset
+from dnf_pyg.io import read_mesh
 from dnf_pyg.mesh import DijkstraGrowth, FacetGraph, HeatGrowth, filled_face_normals, nearest_faces
-from dnf_pyg.mesh.io import read_mesh
 from dnf_pyg.mesh.noise import GaussianNormalNoise
+from dnf_pyg.patches import PatchExtractor, cover, patch_to_data
 
 CNR = Path(__file__).resolve().parents[3] / "shared" / "data" / "cnr" / "Synthetic"
 

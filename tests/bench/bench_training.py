@@ -18,10 +18,10 @@ import trimesh
 from lightning.pytorch import Callback, Trainer, seed_everything
 from lightning.pytorch.profilers import SimpleProfiler
 
-from datamodules import CleanMeshesDataModule, PairsDataModule
+from dnf_pyg.datamodules import CleanMeshesDataModule, PairsDataModule
 from dnf_pyg.mesh.noise import GaussianNormalNoise
-from dnf_pyg.module import NormalFilteringModule
 from dnf_pyg.nn import DNFNet
+from dnf_pyg.train.module import NormalFilteringModule
 
 BATCH, STEPS = 4, 12
 

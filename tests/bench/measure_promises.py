@@ -12,8 +12,8 @@ import torch
 import trimesh
 
 from dnf_pyg import FAST, denoise, load_network
+from dnf_pyg.io import read_mesh
 from dnf_pyg.mesh.geometry import angular_difference, face_normals, mean_edge_length
-from dnf_pyg.mesh.io import read_mesh
 from dnf_pyg.mesh.vertex_update import flipped_faces, update_vertices
 
 TEST = Path(__file__).resolve().parents[3] / "shared/data/cnr/Synthetic/test"

@@ -7,7 +7,7 @@ import trimesh
 
 from dnf_pyg.cli import main
 from dnf_pyg.commands.experiment import find_run
-from dnf_pyg.experiments import CASES
+from dnf_pyg.evaluate.experiments import CASES
 from dnf_pyg.nn import DNFNet
 
 

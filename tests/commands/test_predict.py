@@ -10,11 +10,11 @@ import pytest
 import torch
 import trimesh
 
-from datamodules import MeshFilesDataModule
-from datamodules.mesh_files import equal_shares
 from dnf_pyg import DataError, MeshFileError, denoise, load_network
 from dnf_pyg.cli import main
-from dnf_pyg.mesh.io import read_mesh
+from dnf_pyg.datamodules import MeshFilesDataModule
+from dnf_pyg.datamodules.mesh_files import equal_shares
+from dnf_pyg.io import read_mesh
 from dnf_pyg.nn import DNFNet
 
 SETTINGS = ["--patch-size", "100", "--iterations", "3"]
@@ -84,7 +84,7 @@ def test_fault_of_the_program_stops_one_file_only(folders, capsys, monkeypatch):
             raise ZeroDivisionError("by a fault")
         return denoise(mesh, load_network(folders / "weights"), patch_size=100)
 
-    monkeypatch.setattr("dnf_pyg.prediction.denoise", faulty)
+    monkeypatch.setattr("dnf_pyg.train.prediction.denoise", faulty)
     assert main(words(folders)) == 2
     assert "2 of 4 meshes failed" in capsys.readouterr().err
     assert [path.name for path in sorted((folders / "out").iterdir())] == ["mesh1.ply", "mesh3.ply"]

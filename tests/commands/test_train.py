@@ -11,7 +11,7 @@ import yaml
 from dnf_pyg.cli import main
 
 LOGGERS = ("TensorBoardLogger", "CSVLogger")
-CAMERA = {"class_path": "dnf_pyg.mesh.depth_camera.KinectV2", "init_args": {"distance": 1.5}}
+CAMERA = {"class_path": "dnf_pyg.synthetic.depth_camera.KinectV2", "init_args": {"distance": 1.5}}
 DATA = {
     "CNRDataModule": {"root": "cnr"},
     "CleanMeshesDataModule": {"root": "clean"},
@@ -55,7 +55,7 @@ def config(tmp_path, monkeypatch):
             }
         },
         "data": {
-            "class_path": "datamodules.CleanMeshesDataModule",
+            "class_path": "dnf_pyg.datamodules.CleanMeshesDataModule",
             "init_args": {"root": "clean", "num_patches": 4, "patch_size": 40, "k": 8, "batch_size": 2},
         },
     }
@@ -70,7 +70,7 @@ def fit(*words, command="fit"):
 def with_data(config, name, **options):
     """The config with another data module."""
     content = yaml.safe_load((config / "small.yaml").read_text())
-    content["data"] = {"class_path": f"datamodules.{name}", "init_args": {**DATA[name], **options}}
+    content["data"] = {"class_path": f"dnf_pyg.datamodules.{name}", "init_args": {**DATA[name], **options}}
     (config / "small.yaml").write_text(yaml.safe_dump(content))
 
 

@@ -3,10 +3,10 @@ import json
 import pytest
 import torch
 
-from dnf_pyg import pretrained
 from dnf_pyg.cli import main
 from dnf_pyg.nn import DNFNet
-from dnf_pyg.release import fingerprint
+from dnf_pyg.weights import load as pretrained
+from dnf_pyg.weights.release import fingerprint
 
 TEXTS = {"sources.md": "Boxes made in code, CC0.\n", "recipe.yaml": "trainer:\n  max_epochs: 1\n"}
 

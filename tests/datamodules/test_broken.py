@@ -3,7 +3,7 @@
 import pytest
 import trimesh
 
-from datamodules import CleanMeshesDataModule, CNRDataModule, DepthCameraDataModule, PairsDataModule
+from dnf_pyg.datamodules import CleanMeshesDataModule, CNRDataModule, DepthCameraDataModule, PairsDataModule
 from dnf_pyg.errors import DataError
 
 SMALL = {"num_patches": 2, "patch_size": 40, "k": 8, "batch_size": 2}

@@ -1,11 +1,11 @@
 import pytest
 import torch
 
-from datamodules.cnr import CNRDataModule, cnr_pairs
-from dnf_pyg.data import PatchExtractor
+from dnf_pyg.datamodules.cnr import CNRDataModule, cnr_pairs
 from dnf_pyg.errors import DataError
+from dnf_pyg.io import read_mesh
 from dnf_pyg.mesh import HeatGrowth
-from dnf_pyg.mesh.io import read_mesh
+from dnf_pyg.patches import PatchExtractor
 
 
 def module(root, cache, **options):

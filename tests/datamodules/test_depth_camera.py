@@ -1,9 +1,9 @@
 import torch
 import trimesh
 
-from datamodules import DepthCameraDataModule
-from dnf_pyg.mesh.depth_camera import KinectV1, KinectV2
-from dnf_pyg.mesh.io import read_mesh
+from dnf_pyg.datamodules import DepthCameraDataModule
+from dnf_pyg.io import read_mesh
+from dnf_pyg.synthetic.depth_camera import KinectV1, KinectV2
 
 
 def test_views_are_pairs_with_noise_and_a_boundary(clean_folder, tmp_path):

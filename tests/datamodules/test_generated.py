@@ -1,7 +1,7 @@
 import torch
 
-from datamodules import CleanMeshesDataModule, GeneratedDataModule
-from dnf_pyg.data import FreshPatchDataset, PatchDataset
+from dnf_pyg.datamodules import CleanMeshesDataModule, GeneratedDataModule
+from dnf_pyg.datasets import FreshPatchDataset, PatchDataset
 
 SMALL = {"num_patches": 3, "patch_size": 40, "k": 8, "batch_size": 2}
 

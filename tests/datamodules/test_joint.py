@@ -4,9 +4,9 @@ from lightning.pytorch import Callback, Trainer, seed_everything
 from lightning.pytorch.callbacks import EMAWeightAveraging, ModelCheckpoint
 from lightning.pytorch.loggers import CSVLogger
 
-from datamodules import CleanMeshesDataModule, JointDataModule, PairsDataModule, Part
-from dnf_pyg.module import NormalFilteringModule
+from dnf_pyg.datamodules import CleanMeshesDataModule, JointDataModule, PairsDataModule, Part
 from dnf_pyg.nn import DNFNet
+from dnf_pyg.train.module import NormalFilteringModule
 
 
 class Curve(Callback):

@@ -1,6 +1,6 @@
 import pytest
 
-from datamodules.pairs import PairsDataModule, find_pairs
+from dnf_pyg.datamodules.pairs import PairsDataModule, find_pairs
 from dnf_pyg.errors import DataError
 
 PATTERN = r"(.+)_n\d+"

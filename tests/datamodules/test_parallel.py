@@ -23,10 +23,10 @@ SCRIPT = textwrap.dedent(
 
     import torch
     from lightning.pytorch import Callback, Trainer, seed_everything
-    from datamodules import CleanMeshesDataModule
-    from dnf_pyg.callbacks import MeshValidation
-    from dnf_pyg.data import mesh_dataset
-    from dnf_pyg.module import NormalFilteringModule
+    from dnf_pyg.datamodules import CleanMeshesDataModule
+    from dnf_pyg.train.callbacks import MeshValidation
+    from dnf_pyg.patches import mesh_dataset
+    from dnf_pyg.train.module import NormalFilteringModule
     from dnf_pyg.nn import DNFNet
 
     root, cache, out, processes = sys.argv[1], sys.argv[2], sys.argv[3], int(sys.argv[4])

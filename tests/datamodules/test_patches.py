@@ -1,6 +1,6 @@
 import pytest
 
-from datamodules import CleanMeshesDataModule, sampling
+from dnf_pyg.datamodules import CleanMeshesDataModule, sampling
 from dnf_pyg.errors import DataError
 
 

@@ -15,8 +15,8 @@ SCRIPT = textwrap.dedent(
     import torch
     from lightning.pytorch import Callback, Trainer, seed_everything
     from lightning.pytorch.callbacks import ModelCheckpoint
-    from datamodules import CleanMeshesDataModule
-    from dnf_pyg.module import NormalFilteringModule
+    from dnf_pyg.datamodules import CleanMeshesDataModule
+    from dnf_pyg.train.module import NormalFilteringModule
     from dnf_pyg.nn import DNFNet
 
     root, out, kill_at, workers = sys.argv[1], sys.argv[2], int(sys.argv[3]), int(sys.argv[4])

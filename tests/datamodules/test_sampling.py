@@ -2,8 +2,8 @@ import pytest
 import torch
 from torch.utils.data import Dataset
 
-from datamodules import sampling
-from datamodules.sampling import EpochSampler, SeededItems
+from dnf_pyg.datamodules import sampling
+from dnf_pyg.datamodules.sampling import EpochSampler, SeededItems
 
 
 def drawn(epoch, done=0, batch_size=2, seed=0):

@@ -4,7 +4,7 @@ from pathlib import Path
 import pytest
 import trimesh
 
-from dnf_pyg.mesh.io import read_mesh
+from dnf_pyg.io import read_mesh
 
 EXAMPLE = Path(__file__).resolve().parents[2] / "docs" / "examples" / "best_meshes.py"
 

@@ -7,20 +7,21 @@ from pathlib import Path
 import pytest
 from lightning.pytorch import Trainer
 
-import datamodules
-from datamodules.patches import PatchDataModule
-from dnf_pyg.distillation import Distillation
-from dnf_pyg.losses import JointLoss
-from dnf_pyg.module import NormalFilteringModule
+import dnf_pyg.datamodules
+from dnf_pyg.datamodules import JointDataModule
+from dnf_pyg.datamodules.patches import PatchDataModule
 from dnf_pyg.nn import DNFNet
+from dnf_pyg.train.distillation import Distillation
+from dnf_pyg.train.losses import JointLoss
+from dnf_pyg.train.module import NormalFilteringModule
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "training.md"
 TABLES = PAGE.read_text(encoding="utf-8").partition("## Every key")[2]
 KEYS = re.findall(r"^\| `([a-z_.]+)` \|", TABLES, re.MULTILINE)
 MODULES = [
     module
-    for module in vars(datamodules).values()
-    if inspect.isclass(module) and (issubclass(module, PatchDataModule) or module is datamodules.JointDataModule)
+    for module in vars(dnf_pyg.datamodules).values()
+    if inspect.isclass(module) and issubclass(module, PatchDataModule | JointDataModule)
 ]
 OWNERS = {
     "trainer": [Trainer],

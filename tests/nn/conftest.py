@@ -109,4 +109,4 @@ def seeded_float64():
 @pytest.fixture
 def tiny_blocks(monkeypatch):
     """Blocks of a few edges, so that small graphs take many of them."""
-    monkeypatch.setattr("dnf_pyg.nn.rows.BLOCK_NUMBERS", {"cpu": 100})
+    monkeypatch.setattr("dnf_pyg.nn.kernels.rows.BLOCK_NUMBERS", {"cpu": 100})

@@ -21,7 +21,7 @@ def states(conv):
 @pytest.fixture(params=[False, True], ids=["one block", "many blocks"])
 def blocks(request, monkeypatch):
     if request.param:
-        monkeypatch.setattr("dnf_pyg.nn.rows.BLOCK_NUMBERS", {"cpu": 100})
+        monkeypatch.setattr("dnf_pyg.nn.kernels.rows.BLOCK_NUMBERS", {"cpu": 100})
 
 
 @pytest.mark.parametrize("cls", CONVS)

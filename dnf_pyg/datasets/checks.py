@@ -1,0 +1,80 @@
+"""Find the meshes of a data set that cannot be trained on, all of them, before anything else is done with them."""
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+
+import torch
+from rich.console import Console
+from rich.progress import track
+
+from dnf_pyg.datasets.mesh_dataset import MeshPair
+from dnf_pyg.errors import DNFError
+from dnf_pyg.io import read_mesh
+from dnf_pyg.io.atomic import write_bytes
+from dnf_pyg.mesh.validate import validate_mesh
+
+__all__ = ["find_faults"]
+
+
+def find_faults(pairs: Sequence[MeshPair], root: str | Path) -> dict[MeshPair, str]:
+    """Read every pair and say what is wrong with those that cannot be trained on.
+
+    What was found is kept in ``root/processed/checked.json``: files that have not changed since are not read again,
+    neither by the next run nor by the other processes of this one.
+
+    Args:
+        pairs: Noisy file (or ``None``) and clean file of each mesh.
+        root: Folder in which ``processed`` is written.
+
+    Returns:
+        Reason of each pair that cannot be read, has no faces, coordinates that are no numbers, or other faces in one
+        file than in the other.
+
+    Example:
+        >>> import tempfile
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     list(find_faults([(None, "absent.obj")], folder).values())
+        ["Expected a mesh file (got 'absent.obj', which does not exist): check the path"]
+    """
+    path = Path(root) / "processed" / "checked.json"
+    known = _read(path)
+    marks = {pair: _mark(pair) for pair in pairs}
+    unknown = [pair for pair, mark in marks.items() if mark not in known]
+    for pair in track(unknown, "Checking meshes", console=Console(stderr=True), disable=len(unknown) < 10):
+        known[marks[pair]] = _fault(pair)
+    if unknown:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_bytes(path, json.dumps(known, indent=0).encode())
+    return {pair: known[mark] for pair, mark in marks.items() if known[mark]}
+
+
+def _read(path: Path) -> dict[str, str]:
+    try:
+        known = json.loads(path.read_text())
+    except (OSError, ValueError):  # not there yet, or damaged: everything is read again
+        return {}
+    return known if isinstance(known, dict) else {}
+
+
+def _mark(pair: MeshPair) -> str:
+    """What changes when a file of the pair does."""
+    stats = [(path, path.stat()) for path in (Path(part) for part in pair if part) if path.is_file()]
+    return json.dumps([[str(path), stat.st_size, stat.st_mtime_ns] for path, stat in stats] or [str(pair[1])])
+
+
+def _fault(pair: MeshPair) -> str:
+    """What is wrong with a pair; empty if nothing."""
+    try:
+        meshes = [read_mesh(path) for path in pair if path]
+        for mesh in meshes:
+            try:
+                validate_mesh(mesh.pos, mesh.face)
+            except DNFError as error:
+                return f"'{mesh.path}': {error}"
+    except DNFError as error:
+        return str(error)
+    one, two = meshes[0].face, meshes[-1].face
+    if not torch.equal(one, two):
+        return f"{one.size(1)} and {two.size(1)} faces, or the same in another order"
+    return ""

@@ -1,0 +1,137 @@
+"""Wavefront obj files."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+
+from dnf_pyg.io.formats.document import Document, Floats, Ints, fan, moved_normals, number_text, replace_tokens
+
+__all__ = ["ObjDocument"]
+
+_LINE_END = re.compile(rb"(?<!\\)(?<!\\\r)\n")
+_TEXTURE = (b"map_", b"bump", b"disp", b"decal", b"refl", b"norm")
+
+
+class ObjDocument(Document):
+    r"""A Wavefront obj file: ``v`` lines move, ``vn`` lines follow them, all else stays.
+
+    Examples:
+        >>> document = ObjDocument(b"v 0 0 0\nv 1 0 0 # tip\nv 0 1 0\nf 1 2 3\n", Path())
+        >>> document.with_positions(document.pos * [[2], [2], [1]])
+        b'v 0 0 0\nv 2.000000000 0.000000000 0.000000000 # tip\nv 0 1 0\nf 1 2 3\n'
+    """
+
+    def __init__(self, data: bytes, folder: Path) -> None:
+        super().__init__(data, folder)
+        self.lines = _LINE_END.split(data) if b"\\\n" in data or b"\\\r\n" in data else data.split(b"\n")
+        self.rows = self._rows_by_keyword()
+        self.pos = self._numbers(b"v")
+        self.normal = self._numbers(b"vn")
+        self._read_faces()
+
+    def _rewritten(self, pos: Floats) -> bytes:
+        lines = list(self.lines)
+        self._replace(lines, self.rows[b"v"], self.moved(pos), pos)
+        if self.corner_normal is not None:
+            normal = moved_normals(self.normal, self.corner_normal, self.face, self.pos, pos)
+            self._replace(lines, self.rows[b"vn"], np.flatnonzero((normal != self.normal).any(axis=1)), normal)
+        return b"\n".join(lines)
+
+    def companions(self) -> list[str]:
+        """Material libraries, and the textures that they name."""
+        libraries = []
+        for line in self._plain_lines(b"mtllib"):
+            whole = line.strip()[6:].strip()
+            libraries += [whole] if self._is_file(whole) else whole.split()  # names may hold blanks, or be several
+        textures = []
+        for library in filter(self._is_file, libraries):
+            lines = [line.split() for line in (self.folder / _name(library)).read_bytes().splitlines()]
+            for words in lines:
+                if len(words) > 1 and words[0].lower().startswith(_TEXTURE):
+                    endings = [b" ".join(words[start:]) for start in range(1, len(words))]  # options come first
+                    textures.append(next(filter(self._is_file, endings), words[-1]))
+        return [_name(found) for found in libraries + textures]
+
+    def _is_file(self, name: bytes) -> bool:
+        try:
+            return (self.folder / _name(name)).is_file()
+        except (OSError, ValueError):  # too long, or a null byte
+            return False
+
+    def _rows_by_keyword(self) -> dict[bytes, list[int]]:
+        by_head: dict[bytes, list[int]] = {}
+        for row, line in enumerate(self.lines):
+            by_head.setdefault(line[:2], []).append(row)
+        rows: dict[bytes, list[int]] = {b"v": [], b"vn": [], b"f": [], b"mtllib": []}
+        for head, found in by_head.items():
+            if head in (b"v ", b"vn", b"f "):
+                rows[head.rstrip()] += found
+            elif head != b"vt":
+                for row in found:
+                    for keyword in self.lines[row].split(None, 1)[:1]:
+                        rows.get(keyword, []).append(row)
+        return {keyword: sorted(found) for keyword, found in rows.items()}
+
+    def _read_faces(self) -> None:
+        lines = self._plain_lines(b"f")
+        count = np.array([len(line.split()) - 1 for line in lines], dtype=np.int64)
+        reference = _references(
+            [word for line in lines for word in line.split()[1:]]
+        )  # (C, 3): vertex, texture, normal
+        corner = fan(count)
+        self.face = self._absolute(reference[:, 0], b"v", count)[corner]
+        has_normal = len(self.normal) > 0 and len(reference) > 0 and bool((reference[:, 2] != 0).all())
+        self.corner_normal = self._absolute(reference[:, 2], b"vn", count)[corner] if has_normal else None
+        if self.corner_normal is not None and self.corner_normal.max(initial=0) >= len(self.normal):
+            raise ValueError(f"a face names normal {self.corner_normal.max() + 1} of {len(self.normal)}")
+
+    def _absolute(self, reference: Ints, keyword: bytes, count: Ints) -> Ints:
+        """Count from 0; negative references count back from the lines above the face."""
+        if (reference == 0).any():
+            raise ValueError("a face names number 0, but obj counts from 1")
+        above = np.repeat(np.searchsorted(self.rows[keyword], self.rows[b"f"]), count)
+        return np.where(reference < 0, above + reference, reference - 1)
+
+    def _plain_lines(self, keyword: bytes) -> list[bytes]:
+        """Lines of a keyword in one piece and without comments."""
+        lines = [self.lines[row] for row in self.rows[keyword]]
+        text = b"\n".join(lines)
+        if b"\\\n" in text or b"\\\r\n" in text:
+            lines = [re.sub(rb"\\\r?\n", b" ", line) for line in lines]
+        return [line.split(b"#", 1)[0] for line in lines] if b"#" in text else lines
+
+    def _numbers(self, keyword: bytes) -> Floats:
+        lines = self._plain_lines(keyword)
+        words = [word for line in lines for word in line.split()[1:4]]  # flat: a list per line would cost far more
+        if len(words) != 3 * len(lines):
+            raise ValueError(f"a line of '{keyword.decode()}' has fewer than three numbers")
+        return np.array(words, dtype=np.float64).reshape(-1, 3)
+
+    @staticmethod
+    def _replace(lines: list[bytes], rows: list[int], changed: Ints, values: Floats) -> None:
+        for number, text in zip(changed.tolist(), number_text(values[changed], values), strict=True):
+            lines[rows[number]] = replace_tokens(lines[rows[number]], (1, 2, 3), text)
+
+
+def _name(text: bytes) -> str:
+    """Path as written on any system."""
+    return text.decode(errors="replace").replace("\\", "/")
+
+
+def _references(words: list[bytes]) -> Ints:
+    """Vertex, texture and normal numbers (C, 3) of corners such as ``7``, ``7/8``, ``7//9`` and ``7/8/9``; 0: none."""
+    reference = np.zeros((len(words), 3), dtype=np.int64)
+    text = b" ".join(words)
+    slashes = {word.count(b"/") for word in words} if b"/" in text else {0}
+    if slashes == {0}:
+        reference[:, 0] = np.array(words, dtype=np.int64)
+    elif len(slashes) == 1 and not any(word.endswith(b"/") for word in words):
+        fields = slashes.pop() + 1
+        numbers = text.replace(b"//", b"/0/").replace(b"/", b" ").split()
+        reference[:, :fields] = np.array(numbers, dtype=np.int64).reshape(-1, fields)
+    else:
+        for row, word in enumerate(words):
+            fields_of_word = [int(field or 0) for field in word.split(b"/")]
+            reference[row, : len(fields_of_word)] = fields_of_word
+    return reference

@@ -1,0 +1,15 @@
+"""Patches of a mesh: seeds, extraction, coverage."""
+
+from dnf_pyg.patches.patch import Patch, PatchExtractor, face_surface, patch_to_data
+from dnf_pyg.patches.seeds import AnisotropicSeeds, SeedSampler, UniformSeeds, cover
+
+__all__ = [
+    "AnisotropicSeeds",
+    "Patch",
+    "PatchExtractor",
+    "SeedSampler",
+    "UniformSeeds",
+    "cover",
+    "face_surface",
+    "patch_to_data",
+]

@@ -1,0 +1,3 @@
+"""Meshes made in code: clean shapes, and what depth cameras would see of them."""
+
+__all__: list[str] = []

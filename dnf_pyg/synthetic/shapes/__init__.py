@@ -1,0 +1,44 @@
+"""Clean meshes made in code: CAD-like with sharp edges, smooth, bumpy; the same generator gives the same mesh."""
+
+from collections.abc import Callable
+
+from torch import Generator, Tensor
+
+from dnf_pyg.synthetic.shapes import cad, displaced, organic, sculpted
+from dnf_pyg.synthetic.shapes.build import build
+from dnf_pyg.synthetic.shapes.dice import Dice
+from dnf_pyg.synthetic.shapes.solid import Solid
+
+__all__ = ["SHAPES"]
+
+Shape = Callable[[Generator, int], tuple[Tensor, Tensor]]
+
+
+def _from_solid(recipe: Callable[[Dice], Solid]) -> Shape:
+    def make(generator: Generator, num_faces: int) -> tuple[Tensor, Tensor]:
+        dice = Dice(generator)
+        while True:  # a recipe may draw details too small for the wanted number of faces
+            mesh = build(recipe(dice).move(dice.rotation()), num_faces, dice)
+            if mesh is not None:
+                return _cut_open(mesh.pos, mesh.face, dice) if dice.chance(0.15) else (mesh.pos, mesh.face)
+
+    return make
+
+
+def _cut_open(pos: Tensor, face: Tensor, dice: Dice) -> tuple[Tensor, Tensor]:
+    """Drop the faces beyond a plane, a tenth to a third of them: a mesh with a boundary."""
+    height = pos[face].mean(0) @ dice.direction()
+    kept = face[:, height < height.quantile(dice.uniform(0.67, 0.9))]
+    used, face = kept.unique(return_inverse=True)
+    return pos[used], face
+
+
+def _from_mesh(recipe: Callable[[Dice, int], tuple[Tensor, Tensor]]) -> Shape:
+    return lambda generator, num_faces: recipe(Dice(generator), num_faces)
+
+
+SHAPES: dict[str, Shape] = {
+    **{name: _from_solid(getattr(group, name)) for group in (cad, sculpted, organic) for name in group.__all__},
+    **{name: _from_mesh(getattr(displaced, name)) for name in displaced.__all__},
+}
+"""Kinds of shapes by name; each takes a generator and about how many faces, and gives ``pos`` and ``face``."""

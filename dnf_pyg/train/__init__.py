@@ -1,0 +1,3 @@
+"""Training: module, losses, distillation, callbacks, prediction of many files."""
+
+__all__: list[str] = []

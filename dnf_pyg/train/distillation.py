@@ -1,0 +1,99 @@
+"""Knowledge distillation: trained networks, one for each data set, teach a single one."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import torch
+from torch import Tensor
+from torch_geometric.data import Batch
+
+from dnf_pyg.errors import DataError
+from dnf_pyg.train.losses import JointLoss, LossTerms
+from dnf_pyg.weights.load import load_network
+
+__all__ = ["Distillation"]
+
+
+class Distillation:
+    r"""Draw a student towards the normals that the teacher of each data set filters.
+
+    .. math::
+        L = (1 - w) \, R(\mathbf{N}, \mathbf{N}^G) + w \, R(\mathbf{N}, \mathbf{N}^T)
+            + \alpha \sum_u \|\Delta \mathbf{F}^u\|^2
+
+    with the normal recovery :math:`R` of :class:`~dnf_pyg.train.losses.JointLoss` over all residual units of the
+    student, clean normals :math:`\mathbf{N}^G` and those of the teacher :math:`\mathbf{N}^T`, which sees the
+    same noisy normals.
+
+    Teachers are in evaluation mode and frozen, and are not part of a checkpoint.
+
+    Source: Li et al. 2020, Sec. 3.5, name the distillation of their two networks as future work; the loss is that of
+    Hinton et al. 2015, "Distilling the knowledge in a neural network", for regression.
+
+    Args:
+        teachers: Weights of the teacher of each data set (see :func:`~dnf_pyg.weights.load.load_network`).
+        weight: Share :math:`w` of the teachers, from 0 to 1.
+
+    Raises:
+        WeightsError: If a teacher cannot be loaded.
+        ValueError: If there is no teacher, or ``weight`` is out of range.
+    """
+
+    def __init__(self, teachers: Mapping[str, str], weight: float = 0.5) -> None:
+        if not teachers:
+            raise ValueError("Expected 'teachers' with the weights of one teacher at least (got none)")
+        if not 0 <= weight <= 1:
+            raise ValueError(f"Expected 'weight' from 0 to 1 (got {weight})")
+        self.weight = weight
+        self.networks = {name: load_network(weights).requires_grad_(False) for name, weights in teachers.items()}
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> "Distillation":
+        return self  # frozen: a copy of the student (averaged weights) has the same teachers
+
+    def check(self, neighbors: Mapping[str, int]) -> None:
+        """See that every data set has its teacher and the neighbours that it needs.
+
+        Args:
+            neighbors: Nearest faces K that each data set of the training keeps.
+
+        Raises:
+            DataError: If the names differ, or a teacher needs more neighbours than there are.
+        """
+        if set(neighbors) != set(self.networks):
+            raise DataError(
+                f"Expected a teacher for each data set of a joint training (got teachers for {sorted(self.networks)}, "
+                f"data sets {sorted(neighbors)}): name them alike in `distillation.teachers` and `data.parts`"
+            )
+        for name, net in self.networks.items():
+            if max(net.k) > neighbors[name]:
+                raise DataError(
+                    f"Expected data set '{name}' with the {max(net.k)} neighbours that its teacher sees (got k = "
+                    f"{neighbors[name]}): raise its `k`"
+                )
+
+    @torch.no_grad()
+    def filtered(self, data_set: str, batch: Batch) -> Tensor:
+        """Normals (F, 3) that the teacher of a data set makes of a batch of its patches."""
+        net = self.networks[data_set] = self.networks[data_set].to(batch.normal.device)
+        return net(batch.normal, batch.edge_index, batch.batch, batch.get("surface")).float()
+
+    def __call__(
+        self,
+        terms: LossTerms,
+        loss: JointLoss,
+        stages: Sequence[tuple[Tensor, Tensor]],
+        data_set: str,
+        batch: Batch,
+    ) -> LossTerms:
+        """Give the teacher its share of a loss.
+
+        Args:
+            terms: The loss towards the clean normals.
+            loss: What it was computed with.
+            stages: Filtered normals (F, 3) and residual features (F, C) of the student's residual units.
+            data_set: Name of the data set that the batch comes from.
+            batch: Patches.
+        """
+        taught = loss(stages, self.filtered(data_set, batch), batch.batch).recovery
+        more = self.weight * (taught - terms.recovery)
+        return LossTerms(terms.total + more, terms.recovery + more, terms.residual)

@@ -1,0 +1,100 @@
+"""Many meshes through Lightning's ``Trainer.predict``: every process denoises a share of the files."""
+
+import time
+import weakref
+from collections.abc import Mapping
+from datetime import timedelta
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import torch
+from lightning.pytorch import LightningModule
+
+from dnf_pyg.errors import DNFError
+from dnf_pyg.io import MeshFile, read_mesh, write_mesh
+from dnf_pyg.nn import DNFNet
+from dnf_pyg.pipeline import DenoiseResult, denoise
+from dnf_pyg.train.processes import leave_at_exit
+
+__all__ = ["DenoisedFile", "FailedFile", "MeshDenoisingModule"]
+
+_PATIENCE = timedelta(days=30)  # of a process that is done for those that still work; the default is half an hour
+
+
+class DenoisedFile(NamedTuple):
+    """What ``predict_step`` returns for a file that was written.
+
+    Attributes:
+        mesh: The input.
+        result: What became of it.
+        output: File that it was written to.
+        seconds: Time from file to file.
+    """
+
+    mesh: MeshFile
+    result: DenoiseResult
+    output: Path
+    seconds: float
+
+
+class FailedFile(NamedTuple):
+    """What ``predict_step`` returns for a file that was not written.
+
+    Attributes:
+        source: The input.
+        reason: What was wrong with it.
+    """
+
+    source: Path
+    reason: str
+
+
+class MeshDenoisingModule(LightningModule):
+    """Denoise meshes from file to file; one that fails is noted and does not stop the others.
+
+    Args:
+        net: The network.
+        settings: Further arguments of :func:`~dnf_pyg.denoise`.
+
+    Attributes:
+        failures: Reason for each input of this process that failed, by its path.
+    """
+
+    def __init__(self, net: DNFNet, settings: Mapping[str, Any] | None = None) -> None:
+        super().__init__()
+        leave_at_exit()
+        self.net = net
+        self.settings = dict(settings or {})
+        self.failures: dict[str, str] = {}
+        self._group: weakref.ref | None = None  # torch holds it until the process leaves
+
+    def setup(self, stage: str) -> None:
+        """Prepare to exchange failures at the end, however long the other processes take."""
+        if torch.distributed.is_available() and torch.distributed.is_initialized():
+            self._group = weakref.ref(torch.distributed.new_group(timeout=_PATIENCE, backend="gloo"))
+
+    def predict_step(self, batch: tuple[Path, Path], batch_idx: int) -> DenoisedFile | FailedFile:
+        """Denoise one file into another, which appears whole or not at all."""
+        source, output = batch
+        start = time.perf_counter()
+        try:
+            mesh = read_mesh(source)
+            result = denoise(mesh.mesh, self.net, device=self.device, **self.settings)
+            write_mesh(mesh, result.pos, output)
+        except DNFError as error:
+            failed = FailedFile(source, str(error))
+        except Exception as error:  # a fault of ours, or too little memory, at one of thousands of files
+            failed = FailedFile(source, f"{type(error).__name__}: {error}")
+        else:
+            return DenoisedFile(mesh, result, output, time.perf_counter() - start)
+        self.failures[str(source)] = failed.reason
+        return failed
+
+    def failures_of_all(self) -> dict[str, str]:
+        """Failures of all processes, by path; every process has to call this."""
+        group = None if self._group is None else self._group()
+        if group is None:
+            return dict(self.failures)
+        shares: list[dict[str, str]] = [{}] * torch.distributed.get_world_size(group)
+        torch.distributed.all_gather_object(shares, self.failures, group=group)
+        return {path: reason for share in shares for path, reason in share.items()}

@@ -1,0 +1,5 @@
+"""Trained weights: loading, releasing, and those that the package carries."""
+
+from dnf_pyg.weights.load import DEFAULT_WEIGHTS, load_network, packaged_weights
+
+__all__ = ["DEFAULT_WEIGHTS", "load_network", "packaged_weights"]

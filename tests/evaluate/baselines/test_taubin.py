@@ -1,0 +1,37 @@
+import torch
+
+from dnf_pyg.evaluate.baselines import BASELINES, BilateralNormalFilter, GuidedNormalFilter, TaubinSmoothing
+from dnf_pyg.mesh.geometry import face_normals
+from dnf_pyg.mesh.noise import GaussianNormalNoise
+from dnf_pyg.mesh.vertex_update import update_vertices
+
+
+def loop(pos, face, shrink, inflate, num_pairs):
+    """Both steps vertex by vertex, with the mean of the neighbours along edges."""
+    around = [set() for _ in pos]
+    for corners in face.t().tolist():
+        for v in corners:
+            around[v] |= set(corners) - {v}
+    for step in [shrink, -inflate] * num_pairs:
+        mean = torch.stack([pos[list(neighbours)].mean(dim=0) for neighbours in around])
+        pos = pos + step * (mean - pos)
+    return pos
+
+
+def test_equals_a_loop_over_vertices(sphere_mesh):
+    pos, face = sphere_mesh
+    pos = GaussianNormalNoise()(pos, face, 0.2, torch.Generator().manual_seed(0))
+    result = TaubinSmoothing(num_pairs=3)(pos, face)
+    expected = face_normals(loop(pos, face, 0.5, 0.53, 3), face)
+    torch.testing.assert_close(result.normal, expected)
+    torch.testing.assert_close(result.pos, update_vertices(pos, face, expected, 20))
+
+
+def test_baselines_by_name_show_their_parameters():
+    filters = {name: make(7) for name, make in BASELINES.items()}
+    assert filters == {
+        "BNF": BilateralNormalFilter(num_vertex_iterations=7),
+        "GNF": GuidedNormalFilter(),
+        "Taubin": TaubinSmoothing(num_vertex_iterations=7),
+    }
+    assert all("num_vertex_iterations=" in repr(baseline) for baseline in filters.values())

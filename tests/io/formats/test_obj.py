@@ -1,0 +1,104 @@
+import numpy as np
+import pytest
+
+from dnf_pyg.io.formats import ObjDocument
+
+RICH = b"""# a quad and a triangle, coloured vertices
+mtllib wood.mtl
+o part
+v 0 0 0 1 0 0
+v 1 0 0 0 1 0
+v  1.0\t1 0 0 0 1   # corner
+v 0 1 0 1 1 1
+v 2 0.5 1e-3 1 1 1
+vt 0 0
+vt 1 0
+vt 1 1
+vn 0 0 1
+g quad
+usemtl wood
+s 1
+f 1/1/1 2/2/1 3/3/1 4/1/1
+f -4/1/1 -1/2/1 -3/3/1
+"""
+
+
+def test_reads_polygons_and_negative_numbers(tmp_path):
+    document = ObjDocument(RICH, tmp_path)
+    assert document.face.tolist() == [[0, 1, 2], [0, 2, 3], [1, 4, 2]]
+    assert document.pos[2].tolist() == [1, 1, 0]
+
+
+def test_moves_only_what_moved(tmp_path):
+    document = ObjDocument(RICH, tmp_path)
+    assert document.with_positions(document.pos.copy()) == RICH
+    pos = document.pos.copy()
+    pos[2, 2] = 0.25
+    before, after = RICH.split(b"\n"), document.with_positions(pos).split(b"\n")
+    changed = [row for row, pair in enumerate(zip(before, after, strict=True)) if pair[0] != pair[1]]
+    assert changed == [5, 11]
+    assert after[5] == b"v  1.000000000\t1.000000000 0.250000000 0 0 1   # corner"
+
+
+def test_stored_normals_follow(tmp_path):
+    document = ObjDocument(RICH, tmp_path)
+    turned = document.pos @ np.array([[0.0, 0, 1], [0, 1, 0], [-1, 0, 0]]).T
+    normal = ObjDocument(document.with_positions(turned), tmp_path).normal
+    expected = ObjDocument(RICH, tmp_path).normal @ np.array([[0.0, 0, 1], [0, 1, 0], [-1, 0, 0]]).T
+    np.testing.assert_allclose(normal, expected, atol=1e-2)
+
+
+@pytest.mark.parametrize("faces", [b"f 1 2 3\n", b"f 1/1 2/1 3/1\n", b"f 1//1 2//1 3//1\n", b"f 1/1/ 2/ 3\n"])
+def test_reads_every_kind_of_corner(tmp_path, faces):
+    document = ObjDocument(b"v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nvt 0 0\n" + faces, tmp_path)
+    assert document.face.tolist() == [[0, 1, 2]]
+
+
+@pytest.mark.parametrize("end", [b"\n", b"\r\n"])
+def test_keeps_line_ends_and_continued_lines(tmp_path, end):
+    data = end.join([b"v 0 0 0", b"v 1 0 0", b"v 0 \\", b"1 0", b"f 1 2 \\", b" 3", b""])
+    document = ObjDocument(data, tmp_path)
+    assert document.face.tolist() == [[0, 1, 2]]
+    written = document.with_positions(document.pos + 1)
+    assert written == end.join(
+        [
+            b"v 1.0000000000 1.0000000000 1.0000000000",
+            b"v 2.0000000000 1.0000000000 1.0000000000",
+            b"v 1.0000000000 \\",
+            b"2.0000000000 1.0000000000",
+            b"f 1 2 \\",
+            b" 3",
+            b"",
+        ]
+    )
+
+
+def test_lists_materials_and_textures(tmp_path):
+    (tmp_path / "wood.mtl").write_text("newmtl wood\nmap_Kd -s 1 1 1 wood.png\nKd 1 1 1\n")
+    assert ObjDocument(RICH, tmp_path).companions() == ["wood.mtl", "wood.png"]
+
+
+def test_names_with_blanks_and_backslashes_and_several_libraries(tmp_path):
+    (tmp_path / "my wood.mtl").write_text("newmtl a\nmap_Kd -bm 1 fine oak.png\nmap_Ks pictures\\oak.png\n")
+    (tmp_path / "b.mtl").write_text("map_Kd absent picture.png\n")
+    (tmp_path / "pictures").mkdir()
+    for name in ("fine oak.png", "pictures/oak.png"):
+        (tmp_path / name).write_bytes(b"")
+    first = ObjDocument(b"mtllib my wood.mtl\nv 0 0 0\n", tmp_path).companions()
+    assert first == ["my wood.mtl", "fine oak.png", "pictures/oak.png"]
+    second = ObjDocument(b"mtllib a.mtl b.mtl\nv 0 0 0\n", tmp_path).companions()
+    assert second == ["a.mtl", "b.mtl", "picture.png"]
+
+
+@pytest.mark.parametrize(
+    ("data", "text"),
+    [
+        (b"v 0 0\nf 1 1 1\n", "fewer than three"),
+        (b"v 0 0 x\n", "could not convert"),
+        (b"v 0 0 0\nf 0 1 1\n", "counts from 1"),
+        (b"v 0 0 0\nvn 0 0 1\nf 1//7 1//1 1//1\n", "normal 7 of 1"),
+    ],
+)
+def test_says_what_is_wrong(tmp_path, data, text):
+    with pytest.raises(ValueError, match=text):
+        ObjDocument(data, tmp_path)

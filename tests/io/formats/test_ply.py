@@ -1,0 +1,120 @@
+import struct
+
+import numpy as np
+import pytest
+
+from dnf_pyg.io.formats import PlyDocument
+
+HEADER = """ply
+format {format} 1.0
+comment made by hand
+element camera 1
+property float view
+element vertex 5
+property uchar red
+property {real} x
+property {real} y
+property {real} z
+property float nx
+property float ny
+property float nz
+element face 2
+property uchar label
+property list uchar {corner} vertex_indices
+property list uchar float texcoord
+end_header
+"""
+POS = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (2, 0, 0)]
+FACES = {True: [(0, 1, 2), (0, 2, 3)], False: [(0, 1, 2, 3), (1, 4, 2)]}
+
+
+def make(format_, real="float", corner="int", uniform=True):
+    header = HEADER.format(format=format_, real=real, corner=corner).encode()
+    codes = {"float": "f", "double": "d", "int": "i", "uint": "I", "ushort": "H"}
+    if format_ == "ascii":
+        rows = ["0.5"] + [f"{17 * i} {x} {y}  {z} 0 0 1" for i, (x, y, z) in enumerate(POS)]
+        rows += [f"9 {len(f)} {' '.join(map(str, f))} 2 0.5 0.25" for f in FACES[uniform]]
+        return header + "\n".join(rows).encode() + b"\n"
+    order = "<" if "little" in format_ else ">"
+    body = struct.pack(order + "f", 0.5)
+    for i, point in enumerate(POS):
+        body += struct.pack(order + "B3" + codes[real] + "3f", 17 * i, *point, 0, 0, 1)
+    for f in FACES[uniform]:
+        body += struct.pack(f"{order}BB{len(f)}{codes[corner]}B2f", 9, len(f), *f, 2, 0.5, 0.25)
+    return header + body
+
+
+FORMATS = ["ascii", "binary_little_endian", "binary_big_endian"]
+
+
+@pytest.mark.parametrize("format_", FORMATS)
+@pytest.mark.parametrize("uniform", [True, False])
+@pytest.mark.parametrize(("real", "corner"), [("float", "int"), ("double", "uint"), ("float", "ushort")])
+def test_reads_and_moves_every_layout(tmp_path, format_, uniform, real, corner):
+    data = make(format_, real, corner, uniform)
+    document = PlyDocument(data, tmp_path)
+    assert document.face.tolist() == ([[0, 1, 2], [0, 2, 3]] if uniform else [[0, 1, 2], [0, 2, 3], [1, 4, 2]])
+    np.testing.assert_array_equal(document.pos, POS)
+    assert document.with_positions(document.pos.copy()) == data
+
+    turn = np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])
+    again = PlyDocument(document.with_positions(document.pos @ turn.T), tmp_path)
+    np.testing.assert_allclose(again.pos, document.pos @ turn.T, atol=1e-7)
+    np.testing.assert_array_equal(again.face, document.face)
+    shaded = np.unique(document.face)
+    np.testing.assert_allclose(again.normal[shaded], document.normal[shaded] @ turn.T, atol=1e-7)
+
+
+@pytest.mark.parametrize("format_", FORMATS)
+def test_keeps_every_other_byte(tmp_path, format_):
+    data = make(format_)
+    document = PlyDocument(data, tmp_path)
+    pos = document.pos.copy()
+    pos[4] += 0.5  # in no face
+    written = document.with_positions(pos)
+    again = PlyDocument(written, tmp_path)
+    back = again.with_positions(document.pos)
+    if format_ == "ascii":
+        assert [line for line in written.split(b"\n") if line not in data.split(b"\n")] == [
+            b"68 2.500000000 0.500000000  0.500000000 0 0 1"
+        ]
+    else:
+        assert back == data
+        assert sum(a != b for a, b in zip(data, written, strict=True)) <= 12
+
+
+@pytest.mark.parametrize("format_", FORMATS)
+@pytest.mark.parametrize("cut", [5, 12, 60])
+def test_truncated_file(tmp_path, format_, cut):
+    with pytest.raises((ValueError, IndexError)):
+        PlyDocument(make(format_)[:-cut], tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "text"),
+    [
+        (b"element vertex 5", b"element vertex 99999999999", "announced"),
+        (b"element vertex 5", b"element vertex -5", "less than no rows"),
+        (b"property float x", b"property real x", "unknown type 'real'"),
+        (b"property float x", b"property int x", "not of type float or double"),
+        (b"property float x", b"property float t", "no vertices with x, y and z"),
+        (b"1.0\n", b"2.0\n", None),
+        (b"format ascii 1.0\n", b"", "no known format"),
+        (b"end_header", b"end", "no end"),
+        (b"ply", b"plx", "begin with 'ply'"),
+    ],
+)
+def test_says_what_is_wrong_with_the_header(tmp_path, old, new, text):
+    data = make("ascii").replace(old, new, 1)
+    if text is None:
+        PlyDocument(data, tmp_path)
+    else:
+        with pytest.raises(ValueError, match=text):
+            PlyDocument(data, tmp_path)
+
+
+def test_points_have_no_triangles(tmp_path):
+    header = (
+        "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nend_header\n"
+    )
+    assert PlyDocument(header.encode() + b"0 0 0\n", tmp_path).face.shape == (0, 3)

@@ -1,0 +1,35 @@
+import pytest
+
+from dnf_pyg.errors import MeshFileError
+from dnf_pyg.io.atomic import check_writable, write_bytes, write_files
+
+
+def test_files_that_belong_together_appear_all_or_none(tmp_path):
+    kept = tmp_path / "kept.obj"
+    kept.write_bytes(b"before")
+    with pytest.raises(MeshFileError, match=r"writable folder for '.*absent/b.mtl' \(got: No such file or directory\)"):
+        write_files({kept: b"after", tmp_path / "absent" / "b.mtl": b"more"})
+    assert [path.name for path in tmp_path.iterdir()] == ["kept.obj"]
+    assert kept.read_bytes() == b"before"
+    write_files({kept: b"after", tmp_path / "b.mtl": b"more"})
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == {"kept.obj": b"after", "b.mtl": b"more"}
+
+
+def test_new_files_have_the_permissions_of_new_files(tmp_path):
+    (tmp_path / "ordinary").write_bytes(b"")
+    write_bytes(tmp_path / "written", b"")
+    assert (tmp_path / "written").stat().st_mode == (tmp_path / "ordinary").stat().st_mode
+
+
+def test_a_folder_in_the_way_is_told(tmp_path):
+    (tmp_path / "out.obj").mkdir()
+    with pytest.raises(MeshFileError, match=r"Expected to write '.*out.obj' \(got: Is a directory\)"):
+        write_bytes(tmp_path / "out.obj", b"data")
+    assert [path.name for path in tmp_path.iterdir()] == ["out.obj"]
+
+
+def test_the_check_leaves_nothing(tmp_path):
+    check_writable(tmp_path / "out.obj")
+    assert list(tmp_path.iterdir()) == []
+    with pytest.raises(MeshFileError, match="create it or choose another"):
+        check_writable(tmp_path / "absent" / "out.obj")

@@ -1,0 +1,178 @@
+import os
+
+import pytest
+import torch
+import trimesh
+from PIL import Image
+
+from dnf_pyg.errors import MeshError, MeshFileError
+from dnf_pyg.io import read_mesh, write_mesh
+
+SUFFIXES = ["obj", "ply", "stl", "off", "glb", "gltf"]
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_round_trip_keeps_order(tmp_path, sphere_mesh, suffix):
+    pos, face = sphere_mesh
+    path = tmp_path / f"sphere.{suffix}"
+    write_mesh(trimesh.Trimesh(pos.numpy(), face.t().numpy(), process=False), pos, path)
+    mesh = read_mesh(path)
+    torch.testing.assert_close(mesh.pos[mesh.face], pos[face], rtol=0, atol=1e-6)
+    assert mesh.path == path
+    assert mesh.pos.dtype == torch.float64
+
+    write_mesh(mesh, 2 * mesh.pos, tmp_path / f"larger.{suffix}")
+    larger = read_mesh(tmp_path / f"larger.{suffix}")
+    assert torch.equal(larger.face, mesh.face)
+    torch.testing.assert_close(larger.pos, 2 * mesh.pos, rtol=0, atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "error", "text"),
+    [
+        ("empty.obj", b"", MeshFileError, "0 bytes"),
+        ("text.ply", b"Dear diary, nothing to see here.\n", MeshFileError, r"Expected a \.ply mesh"),
+        ("points.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\n", MeshError, "mesh a point cloud first"),
+        ("mesh.docx", b"PK", MeshFileError, r"ending in \.obj"),
+    ],
+)
+def test_names_the_fault_of_a_bad_file(tmp_path, name, content, error, text):
+    (tmp_path / name).write_bytes(content)
+    with pytest.raises(error, match=text):
+        read_mesh(tmp_path / name)
+
+
+def test_missing_file(tmp_path):
+    with pytest.raises(MeshFileError, match="does not exist"):
+        read_mesh(tmp_path / "absent.ply")
+
+
+def test_failed_write_leaves_nothing(tmp_path, monkeypatch):
+    box = trimesh.creation.box()
+    pos = torch.tensor(box.vertices)
+    with pytest.raises(MeshFileError, match="writable folder"):
+        write_mesh(box, pos, tmp_path / "absent" / "box.obj")
+
+    def no_space(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "replace", no_space)
+    with pytest.raises(MeshFileError, match="No space left"):
+        write_mesh(box, pos, tmp_path / "box.obj")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_rejects_another_number_of_positions(tmp_path):
+    with pytest.raises(ValueError, match=r"'pos' with 8 vertices \(got 3\)"):
+        write_mesh(trimesh.creation.box(), torch.zeros(3, 3), tmp_path / "box.obj")
+
+
+@pytest.mark.parametrize("source", SUFFIXES)
+@pytest.mark.parametrize("target", SUFFIXES)
+def test_converts_between_formats(tmp_path, cube_mesh, source, target):
+    pos, face = cube_mesh
+    write_mesh(trimesh.Trimesh(pos.numpy(), face.t().numpy(), process=False), pos, tmp_path / f"cube.{source}")
+    mesh = read_mesh(tmp_path / f"cube.{source}")
+    write_mesh(mesh, mesh.pos + 1, tmp_path / f"moved.{target}")
+    moved = read_mesh(tmp_path / f"moved.{target}")
+    torch.testing.assert_close(moved.pos[moved.face], pos[face] + 1, rtol=0, atol=1e-6)
+
+
+def test_texture_survives_in_another_folder_and_format(tmp_path):
+    textured = trimesh.creation.box()
+    image = Image.new("RGB", (2, 2), "red")
+    textured.visual = trimesh.visual.TextureVisuals(uv=textured.vertices[:, :2] + 0.5, image=image)
+    (tmp_path / "out").mkdir()
+    textured.export(tmp_path / "box.obj")
+    mesh = read_mesh(tmp_path / "box.obj")
+    for name in ("box.obj", "box.glb"):
+        write_mesh(mesh, 2 * mesh.pos, tmp_path / "out" / name)
+        again = trimesh.load_mesh(tmp_path / "out" / name, process=False)
+        material = again.visual.material
+        picture = material.image if name == "box.obj" else material.baseColorTexture
+        assert picture.getpixel((0, 0))[:3] == (255, 0, 0)
+        assert again.extents.tolist() == [2, 2, 2]
+
+
+def test_other_files_of_the_user_stay(tmp_path):
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "wood.mtl").write_text("mine")
+    (tmp_path / "wood.mtl").write_text("theirs")
+    (tmp_path / "a.obj").write_text("mtllib wood.mtl ../secret\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    mesh = read_mesh(tmp_path / "a.obj")
+    write_mesh(mesh, mesh.pos, tmp_path / "out" / "a.obj")
+    assert (tmp_path / "out" / "wood.mtl").read_text() == "mine"
+    assert (tmp_path / "out" / "a.obj").read_bytes() == (tmp_path / "a.obj").read_bytes()
+
+
+def test_face_of_a_vertex_that_does_not_exist(tmp_path):
+    (tmp_path / "a.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n")
+    with pytest.raises(MeshFileError, match="vertex 3 of 3"):
+        read_mesh(tmp_path / "a.obj")
+
+
+def test_unreadable_path(tmp_path):
+    (tmp_path / "folder.obj").mkdir()
+    with pytest.raises(MeshFileError, match="Is a directory"):
+        read_mesh(tmp_path / "folder.obj")
+
+
+def test_order_survives_materials_groups_and_polygons_in_another_format(tmp_path, cube_mesh):
+    pos, face = cube_mesh
+    lines = ["v {} {} {}".format(*point) for point in pos.tolist()] + ["vt 0 0", "vt 1 0", "vt 1 1"]
+    for number, corners in enumerate((face.t() + 1).tolist()):  # two materials in turns
+        lines += [f"usemtl {'ab'[number % 2]}", "f {}/1 {}/2 {}/3".format(*corners)]
+    (tmp_path / "cube.obj").write_text("\n".join(["mtllib cube.mtl", *lines]))
+    (tmp_path / "cube.mtl").write_text("newmtl a\nKd 1 0 0\nnewmtl b\nKd 0 0 1\n")
+    mesh = read_mesh(tmp_path / "cube.obj")
+    for name in ("cube.glb", "cube.ply", "cube.off", "cube.stl"):
+        write_mesh(mesh, mesh.pos + 1, tmp_path / name)
+        written = read_mesh(tmp_path / name)
+        torch.testing.assert_close(written.pos[written.face], pos[face] + 1, rtol=0, atol=1e-5)
+    assert len(read_mesh(tmp_path / "cube.off").pos) == len(pos)  # no texture coordinates there to split vertices
+
+    polygons = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 2 0 0\nf 1 2 3 4\nf 2 5 3\n"
+    (tmp_path / "mixed.obj").write_text(polygons)
+    mesh = read_mesh(tmp_path / "mixed.obj")
+    write_mesh(mesh, mesh.pos, tmp_path / "mixed.ply")
+    assert read_mesh(tmp_path / "mixed.ply").face.t().tolist() == [[0, 1, 2], [0, 2, 3], [1, 4, 2]]
+
+
+def test_scene_of_several_coloured_meshes(tmp_path):
+    scene = trimesh.Scene()
+    for number, color in enumerate(([255, 0, 0, 255], [0, 255, 0, 255])):
+        box = trimesh.creation.box(extents=(1, 1, 1 + number))
+        box.visual.vertex_colors = color
+        turn = trimesh.transformations.rotation_matrix(0.3, (1, 2, 3), (number, 0, 0))
+        scene.add_geometry(box, node_name=f"{1 - number}", transform=turn)
+    scene.export(tmp_path / "scene.glb")
+    mesh = read_mesh(tmp_path / "scene.glb")
+    for name in ("scene.ply", "scene.gltf", "scene.obj"):
+        write_mesh(mesh, 2 * mesh.pos, tmp_path / name)
+        written = read_mesh(tmp_path / name)
+        torch.testing.assert_close(written.pos, 2 * mesh.pos, rtol=0, atol=1e-5)
+        assert torch.equal(written.face, mesh.face)
+    assert trimesh.load_mesh(tmp_path / "scene.ply", process=False).visual.vertex_colors[[0, -1]].tolist() == [
+        [255, 0, 0, 255],
+        [0, 255, 0, 255],
+    ]
+
+
+def test_gltf_and_glb_are_the_same_in_another_wrapping(tmp_path):
+    (tmp_path / "out").mkdir()
+    textured = trimesh.creation.box()
+    image = Image.new("RGB", (2, 2), "red")
+    textured.visual = trimesh.visual.TextureVisuals(uv=textured.vertices[:, :2] + 0.5, image=image)
+    textured.export(tmp_path / "box.glb")
+    mesh = read_mesh(tmp_path / "box.glb")
+    write_mesh(mesh, 2 * mesh.pos, tmp_path / "large.gltf")
+    large = read_mesh(tmp_path / "large.gltf")
+    write_mesh(large, large.pos / 2, tmp_path / "out" / "small.glb")
+    small = read_mesh(tmp_path / "out" / "small.glb")
+    torch.testing.assert_close(small.pos, mesh.pos, rtol=0, atol=1e-6)
+    trees = [dict(read.document.scene.tree, buffers=None) for read in (mesh, large, small)]
+    for tree in trees:
+        tree["accessors"] = [{**entry, "min": None, "max": None} for entry in tree["accessors"]]
+    assert trees[0] == trees[1] == trees[2]
+    material = trimesh.load_mesh(tmp_path / "out" / "small.glb", process=False).visual.material
+    assert material.baseColorTexture.getpixel((0, 0))[:3] == (255, 0, 0)

@@ -1,0 +1,213 @@
+"""The report page in a real browser: headless Chromium, driven through its debugging pipe, without network."""
+
+import base64
+import io
+import json
+import os
+import select
+import shutil
+import subprocess
+import time
+
+import numpy as np
+import pytest
+import torch
+from PIL import Image
+
+from dnf_pyg.view.report import write_report
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+SIZE = {"width": 1100, "height": 900}
+PATIENCE = 300  # seconds, until an answer is given up: much more than a busy machine takes
+
+pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium here (Debian: apt-get install chromium)")
+
+
+class Browser:
+    """A page of headless Chromium; commands of the DevTools protocol go through file descriptors 3 and 4."""
+
+    def __init__(self, profile):
+        self.to_browser, self.from_browser = os.pipe(), os.pipe()
+        flags = ["--headless=new", "--no-sandbox", "--remote-debugging-pipe", f"--user-data-dir={profile}"]
+        flags += ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--hide-scrollbars"]
+        flags += ["--disable-extensions", "--no-first-run", "--disable-background-networking", "about:blank"]
+        ends = f"3<&{self.to_browser[0]} 4>&{self.from_browser[1]}"
+        self.process = subprocess.Popen(
+            ["/bin/bash", "-c", f'exec "$0" "$@" {ends}', CHROMIUM, *flags],
+            pass_fds=(self.to_browser[0], self.from_browser[1]),
+            stderr=subprocess.DEVNULL,
+        )
+        self.number, self.rest, self.events, self.session = 0, b"", [], None
+        target = self.send("Target.createTarget", url="about:blank")["targetId"]  # the browser's own may come later
+        self.session = self.send("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
+        for domain in ("Page", "Runtime", "Log", "Network"):
+            self.send(f"{domain}.enable")
+        self.send("Emulation.setDeviceMetricsOverride", **SIZE, deviceScaleFactor=1, mobile=False)
+
+    def send(self, method, **params):
+        self.number += 1
+        message = {"id": self.number, "method": method, "params": params}
+        if self.session:
+            message["sessionId"] = self.session
+        os.write(self.to_browser[1], json.dumps(message).encode() + b"\0")
+        while True:
+            answer = self.receive()
+            if answer.get("id") == self.number:
+                assert "error" not in answer, answer
+                return answer["result"]
+            self.events.append(answer)
+
+    def receive(self, seconds=PATIENCE):
+        while b"\0" not in self.rest:
+            ready, _, _ = select.select([self.from_browser[0]], [], [], seconds)
+            assert ready, "Chromium does not answer"
+            self.rest += os.read(self.from_browser[0], 1 << 20)
+        line, self.rest = self.rest.split(b"\0", 1)
+        return json.loads(line)
+
+    def evaluate(self, expression):
+        return self.send("Runtime.evaluate", expression=expression, returnByValue=True, awaitPromise=True)["result"]
+
+    def open(self, path, fragment=""):
+        self.send("Page.navigate", url=path.as_uri() + fragment)
+        deadline = time.monotonic() + PATIENCE
+        while (
+            self.evaluate("document.readyState === 'complete' && location.protocol === 'file:'").get("value")
+            is not True
+        ):
+            assert time.monotonic() < deadline
+        self.settle()
+
+    def settle(self):
+        self.evaluate("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
+
+    def picture(self):
+        shot = self.send("Page.captureScreenshot", format="png")["data"]
+        return np.asarray(Image.open(io.BytesIO(base64.b64decode(shot))).convert("RGB")).astype(int)
+
+    def view(self):
+        """The two halves of the 3D view, each without a rim."""
+        box = "(({x, y, width, height}) => [x, y, width, height])"
+        script = box + "(document.getElementById('canvas').getBoundingClientRect())"
+        x, y, width, height = (round(value) for value in self.evaluate(script)["value"])
+        shown = self.picture()[y : y + height, x : x + width]
+        return shown[40:-8, 8 : width // 2 - 8], shown[40:-8, width // 2 + 8 : -8]
+
+    def drag(self, x, y):
+        mouse = {"button": "left", "buttons": 1, "clickCount": 1}
+        self.send("Input.dispatchMouseEvent", type="mousePressed", x=250, y=400, **mouse)
+        for step in (0.5, 1.0):
+            self.send("Input.dispatchMouseEvent", type="mouseMoved", x=250 + step * x, y=400 + step * y, **mouse)
+        self.send("Input.dispatchMouseEvent", type="mouseReleased", x=250 + x, y=400 + y, **mouse)
+        self.settle()
+
+    def click(self, selector):
+        self.evaluate(f"document.querySelector('{selector}').click()")
+        self.settle()
+
+    def faults(self):
+        """Errors in the console, and what was fetched from outside the page."""
+        told = [e["params"] for e in self.events if e.get("method") in ("Log.entryAdded", "Runtime.exceptionThrown")]
+        asked = [e["params"]["request"]["url"] for e in self.events if e.get("method") == "Network.requestWillBeSent"]
+        return told + [url for url in asked if not url.startswith(("file:", "data:"))]
+
+    def close(self):
+        self.process.kill()
+        self.process.wait()
+        for end in (*self.to_browser, *self.from_browser):
+            os.close(end)
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory):
+    opened = Browser(tmp_path_factory.mktemp("profile"))
+    yield opened
+    opened.close()
+
+
+@pytest.fixture
+def page(tmp_path, sphere_mesh):
+    pos, face = sphere_mesh
+    noise = torch.randn(pos.shape, generator=torch.Generator().manual_seed(0), dtype=pos.dtype)
+    path = tmp_path / "page.html"
+    write_report(
+        path,
+        pos + 0.05 * noise,
+        pos + 0.01 * noise,
+        face,
+        title="a <b> & c.obj",
+        reference=pos,
+        figures={"Mean error": ("12.3°", "2.1°"), "Faces": ("320",)},
+        settings={"strength": 1.0},
+    )
+    return path
+
+
+def share_drawn(half):
+    """Pixels that differ from the background, taken from the upper left corner."""
+    return (abs(half - half[0, 0]).sum(axis=-1) > 30).mean()
+
+
+def difference(first, second):
+    return np.abs(first - second).mean()
+
+
+def test_shows_both_meshes_without_network_or_errors(browser, page):
+    browser.open(page)
+    before, after = browser.view()
+    assert share_drawn(before) > 0.25
+    assert share_drawn(after) > 0.25
+    assert difference(before[:, : after.shape[1]], after[:, : before.shape[1]]) > 1  # noisy and smooth
+    assert browser.evaluate("document.title")["value"] == "a <b> & c.obj"
+    assert browser.faults() == []
+
+
+def test_drag_turns_both_meshes_and_reset_turns_them_back(browser, page):
+    browser.open(page)
+    start = browser.view()
+    browser.drag(120, 60)
+    turned = browser.view()
+    assert difference(start[0], turned[0]) > 1
+    assert difference(start[1], turned[1]) > 1
+    browser.click("#reset")
+    back = browser.view()
+    assert difference(start[0], back[0]) < 0.1
+    assert difference(start[1], back[1]) < 0.1
+    assert browser.faults() == []
+
+
+def test_colour_switch(browser, page):
+    browser.open(page)
+    shaded = browser.view()[1]
+    drawn = abs(shaded - shaded[0, 0]).sum(axis=-1) > 30
+    colourful = {}
+    for mode in ("moved", "error"):
+        browser.click(f"[data-mode={mode}]")
+        assert browser.evaluate("document.querySelectorAll('[aria-pressed=true]').length")["value"] == 1
+        colourful[mode] = browser.view()
+        spread = np.ptp(colourful[mode][0][drawn[:, : colourful[mode][0].shape[1]]], axis=-1).mean()
+        assert spread > 40, mode
+    assert difference(colourful["moved"][0], colourful["error"][0]) > 5
+    assert colourful["error"][0][..., 1].mean() < colourful["error"][1][..., 1].mean()  # redder before than after
+    pressed = "document.querySelector('[data-mode][aria-pressed=true]').dataset.mode"
+    browser.send("Page.navigate", url="about:blank")
+    browser.open(page, "#moved")
+    assert browser.evaluate(pressed)["value"] == "moved"
+    assert difference(browser.view()[1], colourful["moved"][1]) < 0.1
+    browser.click("[data-mode=shaded]")
+    assert difference(shaded, browser.view()[1]) < 0.1
+    assert browser.faults() == []
+
+
+def test_dark_and_narrow(browser, page):
+    try:
+        browser.send("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": "dark"}])
+        browser.send("Emulation.setDeviceMetricsOverride", width=420, height=900, deviceScaleFactor=1, mobile=False)
+        browser.open(page)
+        picture = browser.picture()
+        assert picture[:5].mean() < 60
+        assert browser.evaluate("document.documentElement.scrollWidth <= innerWidth")["value"] is True
+        assert browser.faults() == []
+    finally:
+        browser.send("Emulation.setEmulatedMedia", features=[])
+        browser.send("Emulation.setDeviceMetricsOverride", **SIZE, deviceScaleFactor=1, mobile=False)
