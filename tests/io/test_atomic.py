@@ -1,13 +1,13 @@
 import pytest
 
-from dnf_pyg.errors import MeshFileError
+from dnf_pyg.errors import OutputError
 from dnf_pyg.io.atomic import check_writable, write_bytes, write_files
 
 
 def test_files_that_belong_together_appear_all_or_none(tmp_path):
     kept = tmp_path / "kept.obj"
     kept.write_bytes(b"before")
-    with pytest.raises(MeshFileError, match=r"writable folder for '.*absent/b.mtl' \(got: No such file or directory\)"):
+    with pytest.raises(OutputError, match=r"writable folder for '.*absent/b.mtl' \(got No such file or directory\)"):
         write_files({kept: b"after", tmp_path / "absent" / "b.mtl": b"more"})
     assert [path.name for path in tmp_path.iterdir()] == ["kept.obj"]
     assert kept.read_bytes() == b"before"
@@ -23,7 +23,7 @@ def test_new_files_have_the_permissions_of_new_files(tmp_path):
 
 def test_a_folder_in_the_way_is_told(tmp_path):
     (tmp_path / "out.obj").mkdir()
-    with pytest.raises(MeshFileError, match=r"Expected to write '.*out.obj' \(got: Is a directory\)"):
+    with pytest.raises(OutputError, match=r"Expected to be able to write '.*out.obj' \(got Is a directory\)"):
         write_bytes(tmp_path / "out.obj", b"data")
     assert [path.name for path in tmp_path.iterdir()] == ["out.obj"]
 
@@ -31,5 +31,5 @@ def test_a_folder_in_the_way_is_told(tmp_path):
 def test_the_check_leaves_nothing(tmp_path):
     check_writable(tmp_path / "out.obj")
     assert list(tmp_path.iterdir()) == []
-    with pytest.raises(MeshFileError, match="create it or choose another"):
+    with pytest.raises(OutputError, match="Create it or choose another"):
         check_writable(tmp_path / "absent" / "out.obj")

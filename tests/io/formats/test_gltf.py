@@ -91,7 +91,9 @@ def test_buffer_beside_the_file_stays_and_changes_go_inside(tmp_path):
     (tmp_path / "a b.bin").write_bytes(make_buffer())
     data = json.dumps(make_tree({"byteLength": 166, "uri": "a%20b.bin"})).encode()
     document = GltfDocument(data, tmp_path)
-    assert document.companions() == ["a b.bin"]
+    names = []
+    GltfDocument.place_companions(data, tmp_path, lambda name: names.append(name) or name)
+    assert names == ["a b.bin"]
     written = document.with_positions(document.pos + 1)
     assert (tmp_path / "a b.bin").read_bytes() == make_buffer()
     np.testing.assert_allclose(GltfDocument(written, tmp_path / "elsewhere").pos, POS_IN_SCENE + 1, atol=1e-6)
@@ -118,7 +120,7 @@ def test_strips_fans_and_lines(tmp_path, mode, faces):
 @pytest.mark.parametrize(
     ("change", "text"),
     [
-        ({"extensionsRequired": ["KHR_draco_mesh_compression"]}, "without compression"),
+        ({"extensionsRequired": ["KHR_draco_mesh_compression"]}, "compressed with KHR_draco"),
         ({"buffers": [{"byteLength": 166, "uri": "absent.bin"}]}, "does not exist"),
         ({"buffers": [{"byteLength": 8, "uri": "data:;base64,AAAA"}]}, "needs 132 bytes of a buffer of 3"),
     ],

@@ -73,21 +73,25 @@ def test_keeps_line_ends_and_continued_lines(tmp_path, end):
     )
 
 
-def test_lists_materials_and_textures(tmp_path):
-    (tmp_path / "wood.mtl").write_text("newmtl wood\nmap_Kd -s 1 1 1 wood.png\nKd 1 1 1\n")
-    assert ObjDocument(RICH, tmp_path).companions() == ["wood.mtl", "wood.png"]
+@pytest.mark.parametrize(
+    ("line", "names", "written"),
+    [
+        (b"mtllib my wood.mtl", ["my wood.mtl"], b"mtllib OAK.mtl"),
+        (b"  mtllib a.mtl  b.mtl\r", ["a.mtl", "b.mtl"], b"  mtllib OAK.mtl  OAK.mtl\r"),
+        (b"mtllib below\\c.mtl", ["below\\c.mtl"], b"mtllib below\\OAK.mtl"),
+    ],
+)
+def test_names_of_material_libraries(tmp_path, line, names, written):
+    (tmp_path / "my wood.mtl").write_text("")
+    seen = []
 
+    def place(name):
+        seen.append(name)
+        return "below/OAK.mtl"
 
-def test_names_with_blanks_and_backslashes_and_several_libraries(tmp_path):
-    (tmp_path / "my wood.mtl").write_text("newmtl a\nmap_Kd -bm 1 fine oak.png\nmap_Ks pictures\\oak.png\n")
-    (tmp_path / "b.mtl").write_text("map_Kd absent picture.png\n")
-    (tmp_path / "pictures").mkdir()
-    for name in ("fine oak.png", "pictures/oak.png"):
-        (tmp_path / name).write_bytes(b"")
-    first = ObjDocument(b"mtllib my wood.mtl\nv 0 0 0\n", tmp_path).companions()
-    assert first == ["my wood.mtl", "fine oak.png", "pictures/oak.png"]
-    second = ObjDocument(b"mtllib a.mtl b.mtl\nv 0 0 0\n", tmp_path).companions()
-    assert second == ["a.mtl", "b.mtl", "picture.png"]
+    assert ObjDocument.place_companions(b"v 0 0 0\n" + line + b"\n", tmp_path, place) == b"v 0 0 0\n" + written + b"\n"
+    assert seen == names
+    assert ObjDocument.place_companions(line, tmp_path, lambda name: name) == line
 
 
 @pytest.mark.parametrize(

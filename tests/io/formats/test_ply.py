@@ -76,7 +76,7 @@ def test_keeps_every_other_byte(tmp_path, format_):
     back = again.with_positions(document.pos)
     if format_ == "ascii":
         assert [line for line in written.split(b"\n") if line not in data.split(b"\n")] == [
-            b"68 2.500000000 0.500000000  0.500000000 0 0 1"
+            b"68 2.5000000000 0.5000000000  0.5000000000 0 0 1"
         ]
     else:
         assert back == data
