@@ -11,7 +11,7 @@ from dnf_pyg.io.formats.text import check_text, number_text, parse_numbers, repl
 
 __all__ = ["OffDocument"]
 
-_KEYWORD = re.compile(rb"(?!nOFF)((?:ST|C|N)*)OFF", re.IGNORECASE)  # numbers may follow without a blank
+_KEYWORD = re.compile(rb"(?!(?-i:nOFF))((?:ST|C|N)*)OFF", re.IGNORECASE)  # numbers may follow without a blank
 
 
 class OffDocument(Document):
