@@ -106,3 +106,39 @@ def test_names_of_material_libraries(tmp_path, line, names, written):
 def test_says_what_is_wrong(tmp_path, data, text):
     with pytest.raises(ValueError, match=text):
         ObjDocument(data, tmp_path)
+
+
+def test_byte_order_mark_is_skipped_and_kept(tmp_path):
+    data = b"\xef\xbb\xbfv 0 0 0\r\nv 1 0 0\r\nv 0 1 0\r\nf 1 2 3\r\n"
+    document = ObjDocument(data, tmp_path)
+    assert document.pos.tolist() == [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
+    assert document.with_positions(document.pos) == data
+    assert document.with_positions(document.pos + 1).startswith(
+        b"\xef\xbb\xbfv 1.0000000000 1.0000000000 1.0000000000\r\n"
+    )
+
+
+def test_normals_that_some_faces_use_follow(tmp_path):
+    data = b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvn 0 0 1\nf 1//1 2//1 3//1\nf 1 3 4\n"
+    document = ObjDocument(data, tmp_path)
+    written = ObjDocument(document.with_positions(document.pos[:, [2, 0, 1]]), tmp_path)
+    np.testing.assert_allclose(written.normal, [[1, 0, 0]], atol=1e-9)
+    assert document.with_positions(document.pos) == data
+
+
+@pytest.mark.parametrize("stray", ["1e6 0 0", "0 0 0", "512344 5403210 312", "nan 0 0"])
+def test_unused_vertices_do_not_decide_the_digits(tmp_path, stray):
+    data = f"v {stray}\nv 0 0 0\nv 0.001 0 0\nv 0 0.001 0\nf 2 3 4\n".encode()
+    document = ObjDocument(data, tmp_path)
+    pos = document.pos.copy()
+    pos[1:] += 1e-7 / 3
+    written = document.with_positions(pos)
+    assert written.startswith(f"v {stray}\n".encode())
+    np.testing.assert_allclose(ObjDocument(written, tmp_path).pos[1:], pos[1:], atol=1e-12)
+
+
+def test_coordinates_keep_the_digits_of_the_file(tmp_path):
+    data = b"v 0.000001 0.000002 0\nv 0.000003 0 0\nv 100000000 0 0\nf 1 2 3\n"  # two scales in one face
+    document = ObjDocument(data, tmp_path)
+    written = ObjDocument(document.with_positions(document.pos + [0, 0, 1e-6]), tmp_path)
+    np.testing.assert_allclose(written.pos, document.pos + [0, 0, 1e-6], rtol=0, atol=1e-9)
