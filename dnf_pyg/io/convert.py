@@ -1,6 +1,7 @@
 """Meshes from one file format to another: triangles in the same order, and what both formats know."""
 
 import io
+import logging
 import re
 import warnings
 from pathlib import Path, PurePosixPath
@@ -11,9 +12,10 @@ import trimesh
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from dnf_pyg.io.copies import Copies
-from dnf_pyg.io.folder import find_beside
-from dnf_pyg.io.formats import Document, GlbDocument, GltfDocument
+from dnf_pyg.errors import MeshFileError
+from dnf_pyg.io.copies import Copies, warn_left_out
+from dnf_pyg.io.folder import CompanionError, find_beside
+from dnf_pyg.io.formats import DAMAGE, Document, GlbDocument, GltfDocument, OffDocument, StlDocument
 from dnf_pyg.io.formats.document import Floats, Ints
 from dnf_pyg.io.formats.glb import glb_bytes
 from dnf_pyg.io.formats.gltf import gltf_text
@@ -40,7 +42,8 @@ def convert(document: Document, source: Path, pos: Floats, copies: Copies) -> by
         data = glb_bytes(tree, buffers) if suffix == ".glb" else gltf_text(tree, dict(enumerate(buffers)))
         return copies.carry(data, source)
     has_uv = suffix not in (".off", ".stl")
-    return export(_in_order(_as_trimesh(document, source, pos), pos, document.face, has_uv), copies)
+    is_scene = isinstance(document, GltfDocument)
+    return export(_in_order(_as_trimesh(document, source, pos), pos, document.face, has_uv, is_scene), copies)
 
 
 def export(mesh: trimesh.Trimesh, copies: Copies) -> bytes:
@@ -77,13 +80,35 @@ def _export_obj(mesh: trimesh.Trimesh, copies: Copies) -> bytes:
 
 
 def _as_trimesh(document: Document, source: Path, pos: Floats) -> trimesh.Trimesh:
-    """Let trimesh read the document with other positions, so that it takes along what it can."""
+    """Let trimesh read the document with other positions, so that it takes along what it can.
+
+    Raises:
+        MeshFileError: If trimesh cannot read it, or something else than triangles.
+    """
+    if isinstance(document, OffDocument | StlDocument):  # trimesh knows fewer kinds, and there is nothing to take along
+        return trimesh.Trimesh(pos, document.face, process=False)
     data = io.BytesIO(document.with_positions(pos))
     options: dict[str, Any] = {"process": False, "maintain_order": True}
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", RuntimeWarning)  # of materials without textures, where there are several
-        suffix = source.suffix.lower()[1:]
-        return trimesh.load_mesh(data, file_type=suffix, resolver=_Beside(source.parent), **options)
+    beside = _Beside(source.parent)
+    log = logging.getLogger("trimesh")
+    level = log.level
+    log.setLevel(logging.CRITICAL + 1)  # pictures that it cannot read
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # materials without textures, pictures that are large
+            loaded = trimesh.load_mesh(data, file_type=source.suffix.lower()[1:], resolver=beside, **options)
+        if not isinstance(loaded, trimesh.Trimesh):
+            raise ValueError("it holds no mesh for trimesh")
+    except DAMAGE as error:
+        reason = str(error) or type(error).__name__
+        raise MeshFileError(
+            f"Expected a mesh that can be converted (got '{source}', of which trimesh says: {reason}). "
+            f"Write it as {source.suffix}."
+        ) from error
+    finally:
+        log.setLevel(level)
+    warn_left_out(source, beside.left_out)
+    return loaded
 
 
 class _Beside(trimesh.resolvers.Resolver):
@@ -91,9 +116,15 @@ class _Beside(trimesh.resolvers.Resolver):
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
+        self.left_out: dict[str, str] = {}  # reason by name
 
     def get(self, key: str) -> bytes:
-        return find_beside(self.folder, key.strip()).read_bytes()
+        name = key.strip()
+        try:
+            return find_beside(self.folder, name).read_bytes()
+        except (CompanionError, OSError) as error:
+            self.left_out[name] = str(error)
+            raise
 
     def write(self, name: str, data: bytes) -> None:
         raise NotImplementedError
@@ -105,13 +136,13 @@ class _Beside(trimesh.resolvers.Resolver):
         return []
 
 
-def _in_order(loaded: trimesh.Trimesh, pos: Floats, face: Ints, has_uv: bool) -> trimesh.Trimesh:
+def _in_order(loaded: trimesh.Trimesh, pos: Floats, face: Ints, has_uv: bool, is_scene: bool) -> trimesh.Trimesh:
     """Put back the order of triangles, and of vertices unless texture coordinates that are kept split them.
 
     trimesh sorts triangles by material and by polygon. A scene that shows a mesh several times keeps all copies.
     """
     if len(loaded.faces) != len(face):
-        return loaded
+        return loaded if is_scene else trimesh.Trimesh(pos, face, process=False)  # strips of a ply file
     corner = pos[face]
     order = _matching(loaded.triangles, corner)
     if order is None:

@@ -3,6 +3,7 @@
 import os
 import re
 import warnings
+from collections.abc import Mapping
 from functools import cache
 from pathlib import Path, PurePosixPath
 
@@ -11,7 +12,7 @@ from dnf_pyg.io.folder import CompanionError, find_beside
 from dnf_pyg.io.formats import DOCUMENTS
 from dnf_pyg.io.formats.mtl import place_pictures
 
-__all__ = ["Copies"]
+__all__ = ["Copies", "warn_left_out"]
 
 _MATERIALS = (".mtl",)
 _PICTURES = (".png", ".jpg", ".jpeg", ".bmp", ".tga", ".tif", ".tiff", ".gif", ".webp", ".dds", ".ktx", ".ktx2",
@@ -71,15 +72,7 @@ class Copies:
         place_picture = cache(lambda name: place(name, _PICTURES))
         place_any = cache(lambda name: place(name, _MATERIALS + _PICTURES + _BUFFERS))
         data = DOCUMENTS[self.target.suffix.lower()].place_companions(data, source.parent, place_any)
-        if left_out:
-            shown = [f"{name!r}, but {reason}" for name, reason in left_out.items()][:_SHOWN]
-            shown += [f"{len(left_out) - _SHOWN} more"] * (len(left_out) > _SHOWN)
-            warnings.warn(
-                f"Expected the files that '{source}' refers to in or below its folder (got {'; '.join(shown)}). "
-                "They are left out: put them beside the mesh and write it again.",
-                MeshFileWarning,
-                stacklevel=4,
-            )
+        warn_left_out(source, left_out)
         return data
 
     def add(self, name: str, data: bytes) -> str:
@@ -127,3 +120,21 @@ def _read(path: Path, endings: tuple[str, ...]) -> bytes:
         return path.read_bytes()
     except OSError as error:
         raise CompanionError(f"it cannot be read ({error.strerror})") from error
+
+
+def warn_left_out(source: Path, reasons: Mapping[str, str]) -> None:
+    """Warn of files that a mesh refers to and that do not come along.
+
+    Args:
+        source: The mesh file.
+        reasons: Why a file is left out, by its name; no warning if there is none.
+    """
+    if reasons:
+        shown = [f"{name!r}, but {reason}" for name, reason in reasons.items()][:_SHOWN]
+        shown += [f"{len(reasons) - _SHOWN} more"] * (len(reasons) > _SHOWN)
+        warnings.warn(
+            f"Expected the files that '{source}' refers to in or below its folder (got {'; '.join(shown)}). "
+            "They are left out: put them beside the mesh and write it again.",
+            MeshFileWarning,
+            stacklevel=5,
+        )

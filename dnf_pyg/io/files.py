@@ -1,6 +1,5 @@
 """Mesh files in and out; only positions change, everything else of a file is kept."""
 
-import struct
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -15,23 +14,14 @@ from dnf_pyg.errors import MeshError, MeshFileError, OutputError
 from dnf_pyg.io.atomic import write_files
 from dnf_pyg.io.convert import convert, export
 from dnf_pyg.io.copies import Copies
-from dnf_pyg.io.formats import DOCUMENTS, Document
+from dnf_pyg.io.formats import DAMAGE, DOCUMENTS, Document
 from dnf_pyg.io.formats.document import UnsupportedError
 
 __all__ = ["SUFFIXES", "MeshFile", "check_suffix", "find_meshes", "read_mesh", "write_mesh"]
 
 SUFFIXES = tuple(DOCUMENTS)
+_LARGEST = 1e30  # coordinate that validate_mesh takes
 _ATTEMPTS = 10  # at names beside a mesh while other processes write to the same folder
-_DAMAGE = (
-    ValueError,
-    LookupError,
-    TypeError,
-    AttributeError,
-    ArithmeticError,
-    MemoryError,
-    RecursionError,
-    struct.error,
-)
 
 
 @dataclass(frozen=True)
@@ -81,7 +71,7 @@ def read_mesh(path: str | Path) -> MeshFile:
         raise MeshFileError(f"Expected a {suffix} mesh (got '{path}', which has 0 bytes). Export it again.")
     try:
         document = DOCUMENTS[suffix](data, path.parent)
-    except _DAMAGE as error:
+    except DAMAGE as error:
         reason = str(error) or type(error).__name__
         remedy = error.remedy if isinstance(error, UnsupportedError) else "Export it again."
         raise MeshFileError(f"Expected a {suffix} mesh (got '{path}', unreadable: {reason}). {remedy}") from error
@@ -92,6 +82,7 @@ def read_mesh(path: str | Path) -> MeshFile:
         wrong = face[(face < 0) | (face >= len(document.pos))][0]
         reason = f"'{path}', where a face names vertex {wrong} of {len(document.pos)}"
         raise MeshFileError(f"Expected faces of existing vertices (got {reason}, counted from 0). Export it again.")
+    document.settle_unused(_LARGEST)
     return MeshFile(path, document, torch.from_numpy(document.pos), torch.from_numpy(face).t().contiguous())
 
 

@@ -1,5 +1,6 @@
 import os
 
+import numpy as np
 import pytest
 import torch
 import trimesh
@@ -7,6 +8,7 @@ from PIL import Image
 
 from dnf_pyg.errors import MeshError, MeshFileError, OutputError
 from dnf_pyg.io import read_mesh, write_mesh
+from dnf_pyg.mesh.validate import validate_mesh
 
 SUFFIXES = ["obj", "ply", "stl", "off", "glb", "gltf"]
 
@@ -151,6 +153,34 @@ def test_face_of_a_vertex_that_does_not_exist(tmp_path):
     (tmp_path / "a.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n")
     with pytest.raises(MeshFileError, match="vertex 3 of 3"):
         read_mesh(tmp_path / "a.obj")
+
+
+@pytest.mark.parametrize("suffix", ["obj", "ply", "off", "gltf"])
+@pytest.mark.parametrize("stray", [float("nan"), float("inf"), 1e31])
+def test_unused_vertices_without_a_position_stay_as_they_are(tmp_path, suffix, stray):
+    points = [(0, 0, 0), (stray, 0, stray), (1, 0, 0), (0, 1, 0)]
+    rows = [" ".join(map(str, point)) for point in points]
+    header = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+    text = {
+        "obj": "".join(f"v {row}\n" for row in rows) + "f 1 3 4\n",
+        "ply": "\n".join(
+            [header + "element face 1\nproperty list uchar int vertex_indices\nend_header", *rows, "3 0 2 3\n"]
+        ),
+        "off": "\n".join(["OFF", "4 1 0", *rows, "3 0 2 3\n"]),
+        "gltf": "",
+    }[suffix]
+    path = tmp_path / f"a.{suffix}"
+    path.write_text(text)
+    if suffix == "gltf":
+        soup = trimesh.Trimesh(np.array(points), [[0, 2, 3]], process=False)
+        write_mesh(soup, torch.tensor(points, dtype=torch.float64), path)
+    mesh = read_mesh(path)
+    validate_mesh(mesh.pos, mesh.face)
+    write_mesh(mesh, mesh.pos + 1, tmp_path / f"moved.{suffix}")
+    moved = read_mesh(tmp_path / f"moved.{suffix}")
+    torch.testing.assert_close(moved.pos[[0, 2, 3]], mesh.pos[[0, 2, 3]] + 1, rtol=0, atol=1e-9)
+    if suffix != "gltf":
+        assert rows[1] in (tmp_path / f"moved.{suffix}").read_text()
 
 
 def test_unreadable_path(tmp_path):

@@ -49,6 +49,7 @@ class Document(ABC):
         self.data = data.removeprefix(_BYTE_ORDER_MARK)
         self.folder = folder
         self._mark = data[: len(data) - len(self.data)]
+        self._placeless: NDArray[np.bool_] | slice = slice(0)
 
     def with_positions(self, pos: Floats) -> bytes:
         """Write the file with other positions (V, 3); lines and bytes of vertices that stay are kept as they are."""
@@ -79,8 +80,20 @@ class Document(ABC):
 
     def moved(self, pos: Floats) -> Ints:
         """Vertices whose position differs from the file's, in rising order."""
-        same = (pos == self.pos) | (np.isnan(pos) & np.isnan(self.pos))
-        return np.flatnonzero(~same.all(axis=1))
+        differs = (pos != self.pos).any(axis=1)
+        differs[self._placeless] = False
+        return np.flatnonzero(differs)
+
+    def settle_unused(self, limit: float) -> None:
+        """Give a position to vertices that no face uses and that have none; in the file they stay as they are.
+
+        Args:
+            limit: Largest absolute coordinate that counts as a position.
+        """
+        unused = np.ones(len(self.pos), dtype=bool)
+        unused[self.face] = False
+        self._placeless = unused & ~(np.abs(self.pos) <= limit).all(axis=1)
+        self.pos[self._placeless] = self.pos[self.face[0, 0]]
 
     def _used(self, values: Floats) -> Floats:
         """Rows of those vertices that belong to a face."""

@@ -25,7 +25,7 @@ def loop(normal, corner_normal, face, pos):
 def test_smooth_and_flat_shading_against_a_loop(sign):
     smooth = sign * np.array([[0.1, 0, 1], [0, 0, 1], [0.2, 0, 1], [0, -0.3, 1]])
     flat = sign * np.array([[0, 0, 1], [-0.4, 0.1, 1]])
-    moved = POS + [[0, 0, 0.3], [0, 0.1, 0], [0, 0, -0.2], [0.1, 0, 0]]
+    moved = POS + np.array([[0, 0, 0.3], [0, 0.1, 0], [0, 0, -0.2], [0.1, 0, 0]])
     for normal, corner in ((smooth, FACE), (flat, np.array([[0, 0, 0], [1, 1, 1]]))):
         expected = loop(normal, corner, FACE, moved)
         expected *= sign / np.linalg.norm(expected, axis=1, keepdims=True)

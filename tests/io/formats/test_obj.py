@@ -140,5 +140,6 @@ def test_unused_vertices_do_not_decide_the_digits(tmp_path, stray):
 def test_coordinates_keep_the_digits_of_the_file(tmp_path):
     data = b"v 0.000001 0.000002 0\nv 0.000003 0 0\nv 100000000 0 0\nf 1 2 3\n"  # two scales in one face
     document = ObjDocument(data, tmp_path)
-    written = ObjDocument(document.with_positions(document.pos + [0, 0, 1e-6]), tmp_path)
-    np.testing.assert_allclose(written.pos, document.pos + [0, 0, 1e-6], rtol=0, atol=1e-9)
+    moved = document.pos + np.array([0, 0, 1e-6])
+    written = ObjDocument(document.with_positions(moved), tmp_path)
+    np.testing.assert_allclose(written.pos, moved, rtol=0, atol=1e-9)

@@ -50,7 +50,7 @@ def test_header_and_numbers_on_one_line_without_a_blank(tmp_path):
     data = b"OFF3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"
     document = OffDocument(data, tmp_path)
     assert document.face.tolist() == [[0, 1, 2]]
-    assert document.with_positions(document.pos + [[0, 0, 1], [0, 0, 0], [0, 0, 0]]).startswith(b"OFF3 1 0\n0.000")
+    assert document.with_positions(document.pos + 1).startswith(b"OFF3 1 0\n1.000")
 
 
 def test_stored_normals_follow(tmp_path):
