@@ -46,9 +46,9 @@ class JointDataModule(LightningDataModule):
         if not parts:
             raise ValueError("Expected 'parts' to name at least one data set (got none)")
         for name, part in parts.items():
-            if part.levels and max(part.levels) > part.data.options.k:
+            if part.levels and max(part.levels) > part.data.patches.k:
                 raise ValueError(
-                    f"Expected the 'levels' of '{name}' up to its k = {part.data.options.k} (got {part.levels})"
+                    f"Expected the 'levels' of '{name}' up to its k = {part.data.patches.k} (got {part.levels})"
                 )
         self.parts = parts
 

@@ -123,7 +123,7 @@ class NormalFilteringModule(LightningModule):
         """Check what only shows beside the data."""
         if self.distillation is not None and stage == "fit":
             parts = getattr(getattr(self.trainer, "datamodule", None), "parts", {})
-            self.distillation.check({name: part.data.hparams.k for name, part in parts.items()})
+            self.distillation.check({name: part.data.patches.k for name, part in parts.items()})
 
     def training_step(self, batch: Batch | dict[str, Batch], batch_idx: int) -> Tensor:
         """Joint loss of one batch, or of one batch of each data set."""
