@@ -46,9 +46,7 @@ class JointBilateralConv(MessagePassing):
         True
     """
 
-    def __init__(
-        self, in_channels: int, guidance_channels: int = 16, num_iterations: int = 12
-    ) -> None:
+    def __init__(self, in_channels: int, guidance_channels: int = 16, num_iterations: int = 12) -> None:
         super().__init__(aggr="sum")
         self.in_channels = in_channels
         self.guidance_channels = guidance_channels

@@ -81,7 +81,7 @@ def _parse(description: Mapping[str, Any], origin: str) -> tuple[str, Mapping[st
     if unknown:
         raise _error("'version', 'network', 'arguments' and 'noise_range' only", ", ".join(unknown), origin)
     name = description.get("network")
-    if name not in NETWORKS:
+    if not isinstance(name, str) or name not in NETWORKS:
         raise _error(f"'network' to be one of {', '.join(NETWORKS)}", repr(name), origin)
     return name, _mapping(description.get("arguments"), "'arguments' by name", origin), _range(description, origin)
 

@@ -11,7 +11,7 @@ from torch_geometric.typing import Adj, OptPairTensor
 
 from dnf_pyg.nn.kernels.edge_mlp import folded_edge_max, normalized_edge_max
 from dnf_pyg.nn.kernels.rows import Rows
-from dnf_pyg.nn.neighbors import first_of_equal_rows, sort_by_center
+from dnf_pyg.nn.neighbors import sort_by_center
 
 __all__ = ["FeatureGroupingConv", "NormalGroupingConv", "SurfaceGroupingConv"]
 

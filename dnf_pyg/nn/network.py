@@ -52,7 +52,7 @@ class FilteringNetwork(Module, Pretrained, ABC):
         return self.stages(*inputs, **named)[-1][0]
 
     def gather(self, data: Data, edge_index: Adj | Sequence[Adj] | None = None) -> dict[str, Any]:
-        """Collect the network's inputs from a batch of patches.
+        """Collect the network's inputs from a batch of patches, in the floating point type of its weights.
 
         Args:
             data: Patch or batch of patches.
@@ -68,4 +68,8 @@ class FilteringNetwork(Module, Pretrained, ABC):
                 f"Expected patches with {', '.join(self.inputs)} (got none of {', '.join(missing)}). Make them with "
                 "`dnf_pyg.patches.patch_to_data`."
             )
+        dtype = next(self.parameters()).dtype
+        for name, value in found.items():
+            if value is not None and value.is_floating_point():
+                found[name] = value.to(dtype)
         return found if edge_index is None else {**found, "edge_index": edge_index}

@@ -13,13 +13,13 @@ from dnf_pyg.nn.config import build_network, describe_network
 if TYPE_CHECKING:
     from dnf_pyg.nn.network import FilteringNetwork
 
-__all__ = ["Pretrained", "download_folder", "packaged_folders", "read_folder"]
+__all__ = ["Pretrained", "download_folder", "packaged_weights", "read_folder"]
 
 _CONFIG, _TENSORS = "config.json", "model.safetensors"
 _PACKAGED = Path(__file__).parents[1] / "weights"
 
 
-def packaged_folders() -> dict[str, Path]:
+def packaged_weights() -> dict[str, Path]:
     """Name and folder of every set of weights that the package carries."""
     return {path.parent.name: path.parent for path in sorted(_PACKAGED.glob(f"*/{_TENSORS}"))}
 
@@ -104,7 +104,7 @@ class Pretrained:
         Raises:
             WeightsError: If there are no such weights, or they are damaged or of another class.
         """
-        folder = packaged_folders().get(str(name), Path(name))
+        folder = packaged_weights().get(str(name), Path(name))
         net = read_folder(folder if folder.is_dir() else download_folder(str(name), **options))
         if not isinstance(net, cls):
             raise WeightsError(
