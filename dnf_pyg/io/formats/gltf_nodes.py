@@ -44,7 +44,8 @@ def mesh_transforms(tree: dict[str, Any]) -> dict[int, Floats]:
 
 def apply_transform(transform: Floats, pos: Floats) -> Floats:
     """Positions (V, 3) seen through a transform (4, 4)."""
-    return pos @ transform[:3, :3].T + transform[:3, 3]
+    with np.errstate(invalid="ignore"):  # vertices without a position
+        return pos @ transform[:3, :3].T + transform[:3, 3]
 
 
 def _is_invertible(transform: Floats) -> bool:
