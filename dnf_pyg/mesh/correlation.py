@@ -37,7 +37,9 @@ def correlation_by_ring(field: Tensor, face: Tensor, max_ring: int) -> list[floa
         [-0.6, 1.0]
     """
     if max_ring < 1:
-        raise ValueError(f"Expected 'max_ring' of at least 1 (got {max_ring}). Ring 1 holds the neighbours of a vertex.")
+        raise ValueError(
+            f"Expected 'max_ring' of at least 1 (got {max_ring}). Ring 1 holds the neighbours of a vertex."
+        )
     if field.dim() != 1 or (face.numel() and field.numel() <= int(face.max())):
         raise ValueError(f"Expected 'field' with one value for each vertex (got shape {list(field.shape)}).")
     value = field.detach().cpu().double().numpy()

@@ -1,5 +1,6 @@
 """Estimate of the noise of a mesh from the mesh alone."""
 
+from statistics import NormalDist
 from typing import NamedTuple
 
 import numpy as np
@@ -7,22 +8,26 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from torch import Tensor
 
-from dnf_pyg.mesh.geometry import edges, mean_edge_length, vertex_normals
+from dnf_pyg.mesh.geometry import mean_edge_length, vertex_normals
 from dnf_pyg.mesh.vertex_graph import lazy_walk
 
 __all__ = ["NoiseEstimate", "estimate_noise", "estimate_noise_level"]
 
-_QUANTILE = 0.25  # low, because larger responses may lie at sharp edges
-_NORMAL_QUANTILE = 0.3186  # a quarter of the standard normal distribution is smaller in absolute value
+_QUANTILE = 0.25  # of the vertices: larger responses may lie at sharp edges
+_COARSE = 0.6  # response of the middle band, mean edge lengths, that only a shape has
+_FEW = 500  # vertices, too few to tell noise from shape by the bands alone
 
-# Noise lengthens edges and turns the normals that it is measured along: response found for each true level (means of
-# white noise along the normal on generated shapes, see docs/pictures/noise_estimates.py)
-_FOUND = (0.0, 0.05, 0.101, 0.192, 0.276, 0.347, 0.402, 0.489, 0.553)
+# Noise lengthens edges and turns the normals that it is measured along: responses of the high band to white noise of
+# known levels, means over generated shapes and spheres
+_FOUND = (0.0, 0.05, 0.101, 0.195, 0.278, 0.342, 0.404, 0.492, 0.58)
 _TRUE = (0.0, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.7, 1.0)
 
-_SHAPE = 2.4  # ratio of the two bands' squared responses up to which fine detail of the shape may explain the middle one
-_MIDDLE = 0.17  # squared response of the middle band to correlated noise of unit variance (white noise: 1)
-_RHO = 0.85  # correlation at one edge of the noise beyond the white part
+# Squared response of the middle band, relative to that of the high band: up to 3.2 (1.8 without the square) on coarse
+# shapes with white noise of at least 0.1, at least 3.5 on real scans; the width makes the transition between them
+_SHAPE, _WIDTH = 3.2, 0.12
+_LARGEST = 6.0  # ratio of the responses in noise; a smooth clean shape has a larger one
+_VARIANCE = 2.0  # of correlated noise, relative to the squared response of the middle band
+_CORRELATION = 0.85  # at one edge, of noise without a white part
 
 
 class NoiseEstimate(NamedTuple):
@@ -30,7 +35,7 @@ class NoiseEstimate(NamedTuple):
 
     Attributes:
         level: Standard deviation along the normal, mean edge lengths.
-        correlation: Correlation of the noise of two vertices that share an edge; 0 for white noise.
+        correlation: Correlation of the noise at the two ends of an edge, from 0 for white noise to 0.85.
     """
 
     level: float
@@ -47,25 +52,23 @@ def estimate_noise(pos: Tensor, face: Tensor) -> NoiseEstimate:
         \mathbf{H} = (\mathbf{I} - \mathbf{S})^4, \qquad
         \mathbf{M} = \mathbf{S}^{12} (\mathbf{I} - \mathbf{S})^6.
 
-    The high powers of I - S suppress smoothly curved surfaces, and a low quantile over the vertices leaves out sharp
+    The powers of I - S suppress smoothly curved surfaces, and a low quantile over the vertices leaves out sharp
     edges. Each response is divided by that of white noise of unit variance on the same mesh. White noise responds
-    equally in both bands; noise with a correlation length of some edges responds more in the middle band. What the
-    middle band has beyond 2.4 times the square of the high band counts as correlated noise: fine detail of a shape
-    reaches twice the square.
+    equally in both bands, noise with a correlation length of a few edges more in the middle one.
 
-    Pairs of adjacent faces that agree exactly have no noise: where the four vertices of a quarter of the pairs are
-    flatter than the high band tells, as on a clean CAD model whose vertices all lie at sharp edges, the level is
-    reduced in proportion.
+    Pairs of adjacent faces tell noise from sharp edges: on a clean CAD model whose vertices all lie at sharp edges,
+    many pairs are exactly flat, while noise bends all of them. Where the pairs are flatter than the high band
+    suggests, the estimate is reduced in proportion.
 
     Args:
         pos: Vertex positions, (V, 3), model units.
         face: Vertices of each face, (3, F).
 
     Returns:
-        Level from 0 on, and correlation from 0 to 0.85; both 0 for a mesh without edges or without noise. For white
-        noise along the normal, the level is within 10% of the truth from 0.1 on, and too low for strong noise in all
-        directions or on few vertices. Errors longer than some 5 edges look like shape and are not seen, so the level
-        of correlated noise is a lower bound.
+        Level and correlation; both 0 for a mesh without edges or without noise. The level is within 10% of the truth
+        from 0.1 on for white noise along the normal. It is too low for strong noise in all directions, and for
+        correlated noise, whose part longer than about 5 edges cannot be told from the shape. A correlation above 0.4
+        means correlated noise, or hardly any noise on a shape with detail as small as a few edges.
 
     Example:
         >>> import torch
@@ -78,18 +81,23 @@ def estimate_noise(pos: Tensor, face: Tensor) -> NoiseEstimate:
     if unit == 0:
         return NoiseEstimate(0.0, 0.0)
     used = np.unique(face.numpy())
-    centred = (pos - pos[used].mean(dim=0)) / unit
+    centred = ((pos - pos[used].mean(dim=0)) / unit).numpy()
     walk = lazy_walk(face, len(pos))
-    normal = _smooth_normals(walk, vertex_normals(pos, face).numpy())
-    high, middle = _responses(walk, centred.numpy(), normal, used)
-    if high == 0:
+    high, middle = _responses(walk, centred, _smooth(walk, vertex_normals(pos, face).numpy()), used)
+    coarse = middle > _COARSE or len(used) < _FEW
+    flatness = _flatness(centred, face.numpy(), _QUANTILE if coarse else 0.5)
+    if high == 0 or flatness == 0:
         return NoiseEstimate(0.0, 0.0)
-    flat = min(1.0, _flatness(centred.numpy(), face.numpy()) / high)
-    white = high**2
-    correlated = max(middle**2 - _SHAPE * white, 0.0) / _MIDDLE
-    bias = float(np.interp(flat * high, _FOUND, _TRUE)) / (flat * high) if flat else 1.0
-    level = bias * flat * (white + correlated) ** 0.5
-    return NoiseEstimate(level, _RHO * correlated / (white + correlated) if level else 0.0)
+    flat = flatness / high
+    explained = min(1.0, flat + flatness)  # strong noise bends the pairs less than it moves the vertices
+    white = explained * high
+    middle = min(middle, _LARGEST * high)
+    excess = 0.0 if coarse else max((middle / high) ** 2 - _SHAPE, 0.0) / _WIDTH
+    correlated = excess / (1 + excess)
+    certain = correlated * min(max(4 * flat - 3, 0.0), 1.0)  # not where sharp edges raise both bands
+    variance = (1 - certain) * white**2 + certain * _VARIANCE * middle**2
+    bias = float(np.interp(white, _FOUND, _TRUE)) / white
+    return NoiseEstimate(bias * variance**0.5, explained * correlated * _CORRELATION)
 
 
 def estimate_noise_level(pos: Tensor, face: Tensor) -> float:
@@ -105,7 +113,7 @@ def estimate_noise_level(pos: Tensor, face: Tensor) -> float:
     return estimate_noise(pos, face).level
 
 
-def _smooth_normals(walk: csr_array, normal: NDArray[np.float64]) -> NDArray[np.float64]:
+def _smooth(walk: csr_array, normal: NDArray[np.float64]) -> NDArray[np.float64]:
     """Average unit normals (V, 3) over the neighbours three times."""
     for _ in range(3):
         normal = walk @ normal
@@ -135,8 +143,8 @@ def _responses(
     return high, response()
 
 
-def _flatness(pos: NDArray[np.float64], face: NDArray[np.int64]) -> float:
-    r"""Deviation of pairs of adjacent faces from a plane, in standard deviations of white noise.
+def _flatness(pos: NDArray[np.float64], face: NDArray[np.int64], quantile: float) -> float:
+    """Deviation of pairs of adjacent faces from a plane, as the standard deviation of white noise that explains it.
 
     The lines through the shared edge and through the opposite vertices of a pair would meet in a plane. Their
     distance is linear in the four vertices, with weights that follow from the points where the lines are closest.
@@ -157,4 +165,4 @@ def _flatness(pos: NDArray[np.float64], face: NDArray[np.int64]) -> float:
     along = (np.cross(c - a, d - c) * across).sum(axis=1) / squared  # where the lines are closest: a + along (b - a)
     between = (np.cross(c - a, b - a) * across).sum(axis=1) / squared  # and c + between (d - c)
     weight = np.sqrt((1 - along) ** 2 + along**2 + (1 - between) ** 2 + between**2)
-    return float(np.quantile(distance / weight, _QUANTILE, method="lower") / _NORMAL_QUANTILE)
+    return float(np.quantile(distance / weight, quantile, method="lower") / NormalDist().inv_cdf((1 + quantile) / 2))

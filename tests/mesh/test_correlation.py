@@ -10,11 +10,11 @@ def brute_force(field, face, max_ring):
     """Mean of the products over all pairs of vertices by the length of the shortest path between them."""
     distance = shortest_path(vertex_adjacency(face, len(field)), unweighted=True)
     used = face.unique().tolist()
-    value = [float(field[i]) - float(field[used].mean()) for i in used]
-    variance = sum(x * x for x in value) / len(used)
+    value = {i: float(field[i]) - float(field[used].mean()) for i in used}
+    variance = sum(x * x for x in value.values()) / len(used)
     found = []
     for ring in range(1, max_ring + 1):
-        products = [x * y for x, i in zip(value, used) for y, j in zip(value, used) if distance[i, j] == ring]
+        products = [value[i] * value[j] for i in used for j in used if distance[i, j] == ring]
         found.append(sum(products) / len(products) / variance)
     return found
 

@@ -28,7 +28,9 @@ def grid_mesh():
     row, column = torch.meshgrid(torch.arange(30), torch.arange(30), indexing="ij")
     pos = torch.stack([column, row, torch.zeros_like(row)], dim=-1).view(-1, 3).double()
     corner = (30 * row + column)[:-1, :-1].flatten()
-    face = torch.cat([torch.stack([corner, corner + 1, corner + 31]), torch.stack([corner, corner + 31, corner + 30])], 1)
+    face = torch.cat(
+        [torch.stack([corner, corner + 1, corner + 31]), torch.stack([corner, corner + 31, corner + 30])], 1
+    )
     return pos, face
 
 

@@ -42,7 +42,7 @@ def test_mixed_noise_draws_each_kind_as_often_as_asked():
 
 @pytest.mark.parametrize("shares", [{}, {"gaussian": 0}, {"salt": 1}])
 def test_mixed_noise_refuses_other_shares(shares):
-    with pytest.raises(ValueError, match=r"Expected 'shares' with positive numbers for some of gaussian, isotropic, uniform, "):
+    with pytest.raises(ValueError, match="Expected 'shares' with positive numbers for some of gaussian, isotropic"):
         MixedNoise(shares)
 
 
