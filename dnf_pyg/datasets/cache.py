@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 __all__ = ["load_entry", "name_entry", "write_entry"]
 
-_FORMAT = 3  # raise when the arrays of an entry change their meaning
+_FORMAT = 4  # raise when the arrays of an entry change their meaning
 
 
 def name_entry(files: Iterable[Path], parameters: Mapping[str, Any]) -> str:

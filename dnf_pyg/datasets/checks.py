@@ -5,10 +5,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import torch
-from rich.console import Console
-from rich.progress import track
+from tqdm import tqdm
 
-from dnf_pyg.datasets.mesh_dataset import MeshPair
+from dnf_pyg.datasets.pairing import MeshPair
 from dnf_pyg.errors import DNFError
 from dnf_pyg.io import read_mesh
 from dnf_pyg.io.atomic import write_bytes
@@ -41,7 +40,7 @@ def find_faults(pairs: Sequence[MeshPair], root: str | Path) -> dict[MeshPair, s
     known = _read(path)
     marks = {pair: _mark(pair) for pair in pairs}
     unknown = [pair for pair, mark in marks.items() if mark not in known]
-    for pair in track(unknown, "Checking meshes", console=Console(stderr=True), disable=len(unknown) < 10):
+    for pair in tqdm(unknown, "Checking meshes", disable=len(unknown) < 10):
         known[marks[pair]] = _fault(pair)
     if unknown:
         path.parent.mkdir(parents=True, exist_ok=True)

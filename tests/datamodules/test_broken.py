@@ -3,10 +3,17 @@
 import pytest
 import trimesh
 
-from dnf_pyg.datamodules import CleanMeshesDataModule, CNRDataModule, DepthCameraDataModule, PairsDataModule
+from dnf_pyg.datamodules import (
+    CleanMeshesDataModule,
+    CNRDataModule,
+    DepthCameraDataModule,
+    LoaderOptions,
+    PairsDataModule,
+)
 from dnf_pyg.errors import DataError
+from dnf_pyg.patches import PatchOptions
 
-SMALL = {"num_patches": 2, "patch_size": 40, "k": 8, "batch_size": 2}
+SMALL = {"patches": PatchOptions(num_patches=2, patch_size=40, k=8), "loader": LoaderOptions(batch_size=2)}
 
 
 @pytest.fixture(params=["pairs", "clean", "camera", "cnr"])
