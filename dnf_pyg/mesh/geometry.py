@@ -5,6 +5,7 @@ from torch import Tensor
 
 __all__ = [
     "angular_difference",
+    "edge_lengths",
     "edges",
     "face_areas",
     "face_centroids",
@@ -128,11 +129,26 @@ def mean_edge_length(pos: Tensor, face: Tensor) -> Tensor:
         >>> mean_edge_length(pos, torch.tensor([[0], [1], [2]]))
         tensor(4.)
     """
-    start, end = edges(face)
-    if start.numel() == 0:
-        return pos.new_zeros(())
+    length = edge_lengths(pos, edges(face))
+    return length.mean().to(pos.dtype) if length.numel() else pos.new_zeros(())
+
+
+def edge_lengths(pos: Tensor, edge: Tensor) -> Tensor:
+    """Compute the length of each edge.
+
+    Args:
+        pos: Vertex positions, shape (V, 3), model units.
+        edge: Vertices of each edge, shape (2, U).
+
+    Returns:
+        Lengths, shape (U,), model units, float64.
+
+    Example:
+        >>> edge_lengths(torch.tensor([[0.0, 0, 0], [3, 4, 0]]), torch.tensor([[0], [1]]))
+        tensor([5.], dtype=torch.float64)
+    """
     position = pos.double()
-    return torch.linalg.vector_norm(position[start] - position[end], dim=-1).mean().to(pos.dtype)
+    return torch.linalg.vector_norm(position[edge[0]] - position[edge[1]], dim=-1)
 
 
 def vertex_normals(pos: Tensor, face: Tensor) -> Tensor:

@@ -6,8 +6,8 @@ from numba import njit
 from numpy.typing import NDArray
 from torch import Tensor
 
-from dnf_pyg.mesh.adjacency import vertex_faces
-from dnf_pyg.mesh.geometry import edges, face_normals, mean_edge_length
+from dnf_pyg.mesh.geometry import face_normals
+from dnf_pyg.mesh.topology import Topology
 
 __all__ = ["flipped_faces", "update_vertices", "without_flips"]
 
@@ -29,6 +29,7 @@ def update_vertices(
     max_move: float = float("inf"),
     fixed: Tensor | None = None,
     guard: bool = True,
+    topology: Topology | None = None,
 ) -> Tensor:
     """Move vertices until the faces around them are orthogonal to the given normals.
 
@@ -54,6 +55,7 @@ def update_vertices(
         max_move: Largest distance of a vertex from its given position, in mean edge lengths.
         fixed: Vertices that stay, (V,) bool.
         guard: Take back steps that turn a face over, away from its wanted normal.
+        topology: Connectivity of the mesh; computed if not given.
 
     Returns:
         Updated positions, (V, 3), of the dtype and device of ``pos``; vertices without a face stay.
@@ -83,13 +85,14 @@ def update_vertices(
         return pos.clone()
     center = pos.mean(dim=0)  # far from the origin, differences of positions lose digits
     start = (pos - center).detach().cpu().double().numpy()
-    ptr, face_id = vertex_faces(face.cpu(), len(pos))
+    topology = topology or Topology(face, len(pos))
+    ptr, face_id = topology.vertex_faces
     stays = np.zeros(len(pos), dtype=bool) if fixed is None else fixed.cpu().numpy()
     corner = np.ascontiguousarray(face.cpu().t().numpy())
     wanted = np.ascontiguousarray(normal.detach().cpu().double().numpy())
-    unit = float(mean_edge_length(pos, face))
+    unit = float(topology.mean_edge_length(pos))
     limit = max_move * unit if unit > 0 else max_move  # infinity times 0 is no number
-    agreement = _Agreement(start, corner, wanted) if max_correlation < 1 else None
+    agreement = _Agreement(start, corner, wanted, topology.edges) if max_correlation < 1 else None
     current = start.copy()
     for iteration in range(num_iterations):
         updated = _stepped(current, start, corner, wanted, ptr.numpy(), face_id.numpy(), stays, limit)
@@ -156,13 +159,13 @@ def without_flips(pos: Tensor, before: Tensor, face: Tensor, normal: Tensor) -> 
 class _Agreement:
     """How much neighbouring vertices have moved alike, along the sum of the wanted normals around each."""
 
-    def __init__(self, start: Floats, face: Ints, normal: Floats) -> None:
+    def __init__(self, start: Floats, face: Ints, normal: Floats, edge: Tensor) -> None:
         self.start = start
         direction = np.zeros_like(start)
         for corner in face.T:
             np.add.at(direction, corner, normal)
         self.direction = direction / np.maximum(np.linalg.norm(direction, axis=1, keepdims=True), 1e-12)
-        self.one, self.other = edges(torch.from_numpy(face.T.copy())).numpy()
+        self.one, self.other = edge.numpy()
 
     def correlation(self, pos: Floats) -> float:
         """From -1 to 1; 0 where nothing has moved."""
