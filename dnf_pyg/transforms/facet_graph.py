@@ -16,6 +16,9 @@ class ToFacetGraph(BaseTransform):
     faces of each face by geodesic distance (row 0) to the face (row 1), with the rank of the neighbour as
     ``edge_attr`` (0: the face itself). Where the mesh has ``clean_pos``, the clean facet normals are ``y``.
 
+    Ranks are integers: transforms of PyG that compute edge attributes, such as ``Distance``, need ``cat=False``, since
+    otherwise they round them to the type of the ranks.
+
     Args:
         k: Nearest faces of each face, the face itself included; fewer in a smaller component.
 
