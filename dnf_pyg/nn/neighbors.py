@@ -67,7 +67,7 @@ def nearest_edges(edge_index: Tensor, edge_attr: Tensor | None, k: int) -> Tenso
     return edge_index[:, edge_attr < k]
 
 
-def edges_per_level(edge_index: Adj | Sequence[Adj], edge_attr: Tensor | None, k: Sequence[int]) -> Sequence[Adj]:
+def edges_per_level(edge_index: Tensor | Sequence[Adj], edge_attr: Tensor | None, k: Sequence[int]) -> Sequence[Adj]:
     """Select the edges of each level: those to the ``k`` nearest faces, or the ones that are given level by level.
 
     Args:
