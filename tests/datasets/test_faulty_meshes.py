@@ -59,7 +59,7 @@ def check(pos, face, growth, patch_size, k, min_coverage=2):
         data.validate()
         assert data.num_nodes <= patch_size
         assert len(data.face_id.unique()) == data.num_nodes
-        assert torch.isfinite(data.normal).all()
+        assert torch.isfinite(data.x).all()
         assert torch.isfinite(data.distance).all()
         assert (data.distance.diff() >= 0).all()
         row = data.edge_index[1]
