@@ -10,9 +10,10 @@ from torch_geometric.data import Batch
 
 from dnf_pyg.errors import WeightsError
 from dnf_pyg.mesh.geodesic import Growth
-from dnf_pyg.mesh.geometry import filled_face_normals, mean_edge_length
-from dnf_pyg.nn import DNFNet, spread_neighbors
-from dnf_pyg.patches.patch import Patch, PatchExtractor, face_surface, patch_to_data
+from dnf_pyg.mesh.geometry import mean_edge_length
+from dnf_pyg.nn import FilteringNetwork
+from dnf_pyg.nn.thinning import evenly_spaced_ranks, select_ranks
+from dnf_pyg.patches.patch import FaceFeatures, Patch, PatchExtractor, patch_to_data
 from dnf_pyg.patches.seeds import cover
 
 __all__ = ["FilteredNormals", "Progress", "filter_normals"]
@@ -39,7 +40,7 @@ class FilteredNormals:
 
 @torch.no_grad()
 def filter_normals(
-    net: DNFNet,
+    net: FilteringNetwork,
     pos: Tensor,
     face: Tensor,
     *,
@@ -87,8 +88,7 @@ def filter_normals(
     started = clock()
     pos = (pos - pos.mean(dim=0)) / mean_edge_length(pos, face).clamp(min=torch.finfo(pos.dtype).tiny)
     num_faces = face.size(1)
-    noisy = filled_face_normals(pos, face).float()
-    surface = face_surface(pos, face) if net.surface else None
+    features = FaceFeatures.from_mesh(pos, face)
     extractor = PatchExtractor(pos, face, growth, patch_size, k=max(net.k))
     patches = cover(extractor, min_coverage=min_coverage, generator=torch.Generator().manual_seed(seed))
     total, weights = torch.zeros(num_faces, 3), torch.zeros(num_faces)
@@ -96,13 +96,12 @@ def filter_normals(
     seconds = {"patches": 0.0, "network": 0.0, "fuse": 0.0}
     net, device = net.to(device), torch.device(device)
     for group in _in_groups(patches, batch_size):
-        batch = Batch.from_data_list([patch_to_data(patch, noisy, surface=surface) for patch in group])
+        batch = Batch.from_data_list([patch_to_data(patch, features) for patch in group])
         seconds["patches"] += clock() - started
         started = clock()
         with torch.autocast(device.type, dtype=torch.bfloat16, enabled=precision == torch.bfloat16):
             sent = batch.to(device)
-            edges = _edges(sent.edge_index, net.k, neighbors)
-            filtered = net(sent.normal, edges, sent.batch, sent.get("surface")).float().cpu()
+            filtered = net(**net.gather(sent, _edges(sent, net.k, neighbors))).float().cpu()
         seconds["network"] += clock() - started
         started = clock()
         weight = torch.cat([_closeness(patch.distance) for patch in group])
@@ -119,11 +118,12 @@ def filter_normals(
     return FilteredNormals(normal, coverage, total.norm(dim=-1) / weights, seconds)
 
 
-def _edges(edge_index: Tensor, k: Sequence[int], neighbors: Sequence[int] | None) -> Tensor | list[Tensor]:
-    """Edges for the network: one array for all levels, or one of each level with fewer."""
+def _edges(batch: Batch, k: Sequence[int], neighbors: Sequence[int] | None) -> list[Tensor] | None:
+    """Edges of each level where it is to have fewer neighbours than the network knows."""
     if neighbors is None:
-        return edge_index
-    return [spread_neighbors(edge_index, most, min(most, keep)) for most, keep in zip(k, neighbors, strict=True)]
+        return None
+    ranks = (evenly_spaced_ranks(most, min(most, keep)) for most, keep in zip(k, neighbors, strict=True))
+    return [select_ranks(batch.edge_index, batch.edge_attr, level) for level in ranks]
 
 
 def _closeness(distance: Tensor) -> Tensor:

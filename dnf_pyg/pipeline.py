@@ -21,7 +21,7 @@ from dnf_pyg.mesh.noise_level import estimate_noise_level
 from dnf_pyg.mesh.validate import validate_mesh
 from dnf_pyg.mesh.vertex_update import flipped_faces, update_vertices, without_flips
 from dnf_pyg.mesh.weld import weld
-from dnf_pyg.nn import DNFNet
+from dnf_pyg.nn import FilteringNetwork
 from dnf_pyg.weights.load import DEFAULT_WEIGHTS, load_network
 
 __all__ = ["FAST", "DenoiseResult", "denoise"]
@@ -64,7 +64,7 @@ class DenoiseResult:
 
 def denoise(
     mesh: trimesh.Trimesh,
-    weights: str | Path | DNFNet = DEFAULT_WEIGHTS,
+    weights: str | Path | FilteringNetwork = DEFAULT_WEIGHTS,
     *,
     strength: float = 1.0,
     max_move: float = float("inf"),
@@ -129,7 +129,7 @@ def denoise(
         raise ValueError(f"Expected 'batch_size' of at least 1 (got {batch_size})")
     if precision not in (torch.float32, torch.bfloat16):
         raise ValueError(f"Expected 'precision' torch.float32 or torch.bfloat16 (got {precision})")
-    net = weights if isinstance(weights, DNFNet) else load_network(weights)
+    net = weights if isinstance(weights, FilteringNetwork) else load_network(weights)
     original = torch.tensor(np.asarray(mesh.vertices), dtype=torch.float64)
     face = torch.tensor(np.asarray(mesh.faces), dtype=torch.long).reshape(-1, 3).t().contiguous()
     validate_mesh(original, face)

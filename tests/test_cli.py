@@ -165,7 +165,7 @@ def test_reader_that_has_gone_is_no_fault(noisy_file, weights, tmp_path):
 
 def test_validation_beyond_the_end_of_an_epoch_is_refused(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    few = ["--data.kinds=[blob]", "--data.num_meshes=2", "--data.num_faces=500", "--data.num_patches=4"]
+    few = ["--data.kinds=[blob]", "--data.num_meshes=2", "--data.num_faces=500", "--data.patches.num_patches=4"]
     assert main(["fit", "-c", "demo", "--trainer.callbacks=null", *few]) == 2
     told = [line for line in capsys.readouterr().err.splitlines() if line.startswith("dnf-pyg:")]
     assert len(told) == 1

@@ -8,8 +8,10 @@ import yaml
 
 from dnf_pyg.cli import main
 from dnf_pyg.datamodules import GeneratedDataModule
-from dnf_pyg.datamodules.patches import spread
+from dnf_pyg.datamodules.options import LoaderOptions
+from dnf_pyg.datasets.pairing import split_pairs
 from dnf_pyg.nn import DNFNet
+from dnf_pyg.patches import PatchOptions
 
 CONFIGS = sorted((Path(__file__).resolve().parents[1] / "configs").glob("*.yaml"))
 SMALL_NET = ["--model.net.channels=[4,4,4]", "--model.net.embedding_channels=4", "--model.net.residual_k=4"]
@@ -41,7 +43,8 @@ def test_config_fits(path, cnr_folder, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     config = yaml.safe_load(path.read_text())["data"]
     path = small_inputs(path, tmp_path)
-    small, cache = {"patch_size": 60, "num_patches": 2, "batch_size": 2}, tmp_path / "cache"
+    small = {"patches.patch_size": 60, "patches.num_patches": 2, "loader.batch_size": 2}
+    cache = tmp_path / "cache"
     if config["class_path"].endswith("JointDataModule"):
         options = {
             f"parts.{name}.data.init_args.{key}": value
@@ -65,8 +68,10 @@ def test_paper_settings_are_complete():
     for name, subset, k, num_patches in (("synthetic", "Synthetic", 50, 100), ("kinect", "Kinect_v1", 150, 200)):
         config = yaml.safe_load((CONFIGS[0].parent / f"{name}.yaml").read_text())
         data = config["data"]["init_args"]
-        assert (data["subset"], data["k"], data["num_patches"]) == (subset, k, num_patches)
-        assert (data["patch_size"], data["batch_size"]) == (800, 10)
+        assert data["subset"] == subset
+        assert data["patches"] == {"num_patches": num_patches, "patch_size": 800, "k": k}
+        assert data["loader"] == {"batch_size": 10}
+        assert data["val_share"] == 0  # all meshes
         assert max(config["model"]["net"]["init_args"]["k"]) == k
         assert config["trainer"]["max_epochs"] == 400
         assert config["model"]["loss"]["init_args"]["alpha"] == 0.5
@@ -76,7 +81,9 @@ def test_paper_settings_are_complete():
 def test_demo_looks_at_a_mesh_that_is_held_back():
     config = yaml.safe_load((CONFIGS[0].parent / "demo.yaml").read_text())
     options = config["data"]["init_args"]
-    data = GeneratedDataModule(**{**options, "root": "data"})
-    names = sorted(data._files())
+    options |= {"root": "data", "patches": PatchOptions(**options["patches"]), "loader": LoaderOptions()}
+    names = GeneratedDataModule(**options).names
     meshes = next(entry["init_args"] for entry in config["trainer"]["callbacks"] if "meshes" in entry["init_args"])
-    assert {Path(path).stem for path in meshes["meshes"]} <= spread(names, data.options.val_share)
+    assert {Path(path).stem for path in meshes["meshes"]} <= {
+        clean.stem for _, clean in split_pairs([(None, Path(name)) for name in names], "val", 0.1)
+    }

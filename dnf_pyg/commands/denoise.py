@@ -18,7 +18,7 @@ from dnf_pyg.io import SUFFIXES, find_meshes, read_mesh, write_mesh
 from dnf_pyg.io.atomic import check_writable
 from dnf_pyg.io.selection import read_selection
 from dnf_pyg.mesh.geodesic import DijkstraGrowth
-from dnf_pyg.nn import DNFNet
+from dnf_pyg.nn import FilteringNetwork
 from dnf_pyg.pipeline import denoise
 from dnf_pyg.view import draw_meshes, write_report
 from dnf_pyg.weights.load import load_network
@@ -90,7 +90,7 @@ def run(options: argparse.Namespace) -> None:
         raise DNFError(f"{len(failed)} of {len(inputs)} meshes failed: " + "; ".join(failed))
 
 
-def _run_one(path: Path, output: Path, net: DNFNet, options: argparse.Namespace, place: str) -> None:
+def _run_one(path: Path, output: Path, net: FilteringNetwork, options: argparse.Namespace, place: str) -> None:
     start = time.perf_counter()
     _check_outputs(output, options)
     mesh = read_mesh(path)

@@ -1,14 +1,13 @@
-"""Find the meshes of a data set that cannot be trained on, all of them, before anything else is done with them."""
+"""Find all meshes of a data set that cannot be trained on, before anything else is done with them."""
 
 import json
 from collections.abc import Sequence
 from pathlib import Path
 
 import torch
-from rich.console import Console
-from rich.progress import track
+from tqdm import tqdm
 
-from dnf_pyg.datasets.mesh_dataset import MeshPair
+from dnf_pyg.datasets.pairing import MeshPair
 from dnf_pyg.errors import DNFError
 from dnf_pyg.io import read_mesh
 from dnf_pyg.io.atomic import write_bytes
@@ -18,9 +17,9 @@ __all__ = ["find_faults"]
 
 
 def find_faults(pairs: Sequence[MeshPair], root: str | Path) -> dict[MeshPair, str]:
-    """Read every pair and say what is wrong with those that cannot be trained on.
+    """Read every pair and find those that cannot be trained on.
 
-    What was found is kept in ``root/processed/checked.json``: files that have not changed since are not read again,
+    The results are kept in ``root/processed/checked.json``: files that have not changed since are not read again,
     neither by the next run nor by the other processes of this one.
 
     Args:
@@ -28,8 +27,8 @@ def find_faults(pairs: Sequence[MeshPair], root: str | Path) -> dict[MeshPair, s
         root: Folder in which ``processed`` is written.
 
     Returns:
-        Reason of each pair that cannot be read, has no faces, coordinates that are no numbers, or other faces in one
-        file than in the other.
+        What is wrong with each pair that cannot be read, has no faces, has coordinates that are not finite, or differs
+        in the faces of its two files.
 
     Example:
         >>> import tempfile
@@ -41,7 +40,7 @@ def find_faults(pairs: Sequence[MeshPair], root: str | Path) -> dict[MeshPair, s
     known = _read(path)
     marks = {pair: _mark(pair) for pair in pairs}
     unknown = [pair for pair, mark in marks.items() if mark not in known]
-    for pair in track(unknown, "Checking meshes", console=Console(stderr=True), disable=len(unknown) < 10):
+    for pair in tqdm(unknown, "Checking meshes", disable=len(unknown) < 10):
         known[marks[pair]] = _fault(pair)
     if unknown:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -52,19 +51,19 @@ def find_faults(pairs: Sequence[MeshPair], root: str | Path) -> dict[MeshPair, s
 def _read(path: Path) -> dict[str, str]:
     try:
         known = json.loads(path.read_text())
-    except (OSError, ValueError):  # not there yet, or damaged: everything is read again
+    except (OSError, ValueError):  # missing or damaged: all meshes are read again
         return {}
     return known if isinstance(known, dict) else {}
 
 
 def _mark(pair: MeshPair) -> str:
-    """What changes when a file of the pair does."""
+    """Make a key that changes with the files of the pair."""
     stats = [(path, path.stat()) for path in (Path(part) for part in pair if part) if path.is_file()]
     return json.dumps([[str(path), stat.st_size, stat.st_mtime_ns] for path, stat in stats] or [str(pair[1])])
 
 
 def _fault(pair: MeshPair) -> str:
-    """What is wrong with a pair; empty if nothing."""
+    """Describe what is wrong with a pair; empty if nothing is."""
     try:
         meshes = [read_mesh(path) for path in pair if path]
         for mesh in meshes:

@@ -1,50 +1,62 @@
 """Training patches that are cut anew each time they are served."""
 
-from typing import Any
-
 import numpy as np
 import torch
 from torch import Tensor
 from torch_geometric.data import Data
 
 from dnf_pyg.datasets.mesh_dataset import Arrays, MeshDataset
-from dnf_pyg.mesh import FacetGraph, filled_face_normals
+from dnf_pyg.mesh import DijkstraGrowth, FacetGraph, Growth
 from dnf_pyg.mesh.geodesic import BoundDijkstra
-from dnf_pyg.patches.patch import PatchExtractor, face_surface, patch_to_data
+from dnf_pyg.patches.patch import FaceFeatures, PatchExtractor, patch_to_data
 
 __all__ = ["FreshPatchDataset"]
 
 
 class FreshPatchDataset(MeshDataset):
-    """Serve patches that are cut when they are asked for, from a new seed each time: no two epochs are alike.
+    """Patches that are cut when they are served, from a new seed each time: no two epochs are alike.
 
-    Noise, where the clean file comes alone, is drawn first: the patch and its nearest faces then follow the noisy
-    surface, as they will when a mesh is denoised. Only the meshes and their facet graphs are kept on disk, under the
-    rules of :class:`PatchDataset`; patches grow by Dijkstra's search.
+    The noise of a clean mesh is drawn first, so that the patch and its nearest faces follow the noisy surface, as they
+    do when a mesh is denoised. Only the meshes and their facet graphs are kept on disk.
 
-    The arguments are those of :class:`~dnf_pyg.datasets.MeshDataset`.
+    The arguments and errors are those of :class:`~dnf_pyg.datasets.MeshDataset`.
+
+    Raises:
+        ValueError: If ``patches.growth`` is not Dijkstra's algorithm.
     """
 
     def get(self, idx: int) -> Data:
         """Serve one patch."""
-        mesh = idx // self.num_patches
+        mesh = idx // self.patches.num_patches
         entry = self._entry(mesh)
         generator = self._generator(idx)
-        seed = int(np.searchsorted(entry["chance"], float(torch.rand((), generator=generator, dtype=torch.double))))
+        share = torch.rand((), generator=generator, dtype=torch.double, device="cpu")
+        seed = int(np.searchsorted(entry["chance"], float(share)))
         graph = FacetGraph(entry["ptr"], entry["neighbor"], entry["length"], 1.0)
-        wider, _ = BoundDijkstra(graph).grow(seed, self.patch_size + self.patch_size // 4)  # noise shifts the rim
+        size = self.patches.patch_size
+        wider, _ = BoundDijkstra(graph).grow(seed, size + size // 4)  # noise moves the rim
         pos, face, member = self._region(entry, wider.numpy(), mesh, generator)
         patch = self._extractor(pos, face).extract(0)
         clean_normal = torch.from_numpy(entry["clean_normal"][member.numpy()])
-        data = patch_to_data(patch, filled_face_normals(pos, face), clean_normal, face_surface(pos, face))
+        data = patch_to_data(patch, FaceFeatures.from_mesh(pos, face), clean_normal)
         data.face_id = member[data.face_id]
         return data
 
-    def _serves_surface(self, row: int) -> bool:
+    def _needs_mesh(self, row: int) -> bool:
         return True
 
-    def _parameters(self) -> dict[str, Any]:
-        return {"class": "FreshPatchDataset", "seeds": repr(self.seeds)}
+    @property
+    def growth(self) -> Growth:
+        """How patches grow."""
+        if self.patches.growth is not None and not isinstance(self.patches.growth, DijkstraGrowth):
+            raise ValueError(
+                f"Expected 'growth' DijkstraGrowth() for patches that are cut anew (got {self.patches.growth}). "
+                "The heat method would factorize a mesh for every patch: cut the patches once, or leave 'growth' out."
+            )
+        return DijkstraGrowth()
+
+    def _parameters(self) -> dict[str, str]:
+        return {"class": "FreshPatchDataset", "growth": repr(self.growth), "seeds": repr(self.seeds)}
 
     def _arrays(self, row: int, extractor: PatchExtractor, normal: Tensor, face: Tensor) -> Arrays:
         chance = self.seeds.weight(normal, face).cumsum(0)

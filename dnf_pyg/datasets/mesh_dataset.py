@@ -1,4 +1,4 @@
-"""Pairs of meshes prepared once and mapped into memory: the ground that the data sets of patches stand on."""
+"""Pairs of meshes that are prepared once and mapped into memory: the base of the data sets of patches."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
@@ -8,60 +8,58 @@ from typing import Any
 
 import torch
 from numpy.typing import NDArray
-from rich.console import Console
-from rich.progress import track
 from torch import Generator, Tensor
 from torch_geometric.data import Data, Dataset
+from tqdm import tqdm
 
 from dnf_pyg.datasets.cache import load_entry, name_entry, write_entry
 from dnf_pyg.datasets.submesh import surroundings
 from dnf_pyg.errors import DataError
 from dnf_pyg.io import read_mesh
-from dnf_pyg.mesh import DijkstraGrowth, filled_face_normals, mean_edge_length
+from dnf_pyg.mesh import DijkstraGrowth, Growth, filled_face_normals, mean_edge_length
 from dnf_pyg.mesh.noise import Noise
-from dnf_pyg.patches.patch import PatchExtractor, face_surface
-from dnf_pyg.patches.seeds import AnisotropicSeeds, SeedSampler
+from dnf_pyg.patches.options import PatchOptions
+from dnf_pyg.patches.patch import FaceFeatures, PatchExtractor
+from dnf_pyg.patches.seeds import AnisotropicSeeds
 
-__all__ = ["Arrays", "MeshDataset", "MeshPair"]
+__all__ = ["Arrays", "MeshDataset"]
 
-MeshPair = tuple[str | Path | None, str | Path]
 Arrays = dict[str, NDArray]
 
 
 class MeshDataset(Dataset, ABC):
-    """Patches of pairs of meshes.
+    """Patches of pairs of meshes, in the form of :func:`~dnf_pyg.patches.patch_to_data`.
+
+    The meshes are prepared in ``root/processed``, in one folder per pair, named after every parameter and the content
+    of the files: what has changed is prepared again. Workers and processes map the same files, without copies.
 
     Args:
-        pairs: Noisy file (or ``None``) and clean file of each mesh, with the same faces in the same order.
         root: Folder in which ``processed`` is written.
-        num_patches: Patches of each mesh P that make up an epoch.
-        patch_size: Faces per patch N.
-        k: Nearest faces kept for each face, itself included.
-        seeds: How seeds are drawn; :class:`~dnf_pyg.patches.AnisotropicSeeds` if not given.
-        noise: Noise for the clean files that come alone.
-        noise_level: Smallest and largest level, multiples of the mean edge length; each patch draws its own.
-        noise_seed: Draw the random parts of every item from this seed, always the same (validation).
+        pairs: Noisy file (or ``None``) and clean file of each mesh, with the same faces in the same order.
+        patches: Number and size of the patches; the paper's by default.
         transform: Applied to each patch when it is served.
-        num_workers: Threads that prepare.
+        noise: Noise for the clean meshes that come without a noisy file.
+        noise_level: Smallest and largest noise level, multiples of the mean edge length; each patch draws its own.
+        noise_seed: Draw the noise of every item from this seed, the same each time (validation); a new one each time
+            if not given.
+        num_workers: Threads that prepare the meshes.
 
     Raises:
-        DataError: If there is no pair, a file is missing, a pair does not match, or a clean file comes alone and
-            ``noise`` is missing.
-        ValueError: If ``num_patches`` or ``noise_level`` is out of range.
+        DataError: If there is no pair, a file is missing, a pair does not match, or a clean mesh comes without noisy
+            file and ``noise``.
+        ValueError: If ``noise_level`` is out of range.
     """
 
     def __init__(
         self,
-        pairs: Sequence[MeshPair],
         root: str | Path,
-        num_patches: int = 100,
-        patch_size: int = 800,
-        k: int = 50,
-        seeds: SeedSampler | None = None,
+        pairs: Sequence[tuple[str | Path | None, str | Path]],
+        patches: PatchOptions | None = None,
+        transform: Callable[[Data], Data] | None = None,
+        *,
         noise: Noise | None = None,
         noise_level: tuple[float, float] = (0.1, 0.3),
         noise_seed: int | None = None,
-        transform: Callable[[Data], Data] | None = None,
         num_workers: int = 2,
     ) -> None:
         if not pairs:
@@ -72,15 +70,15 @@ class MeshDataset(Dataset, ABC):
                 raise DataError(f"Expected a mesh file (got '{path}', which does not exist). Check the path.")
         alone = next((clean for noisy, clean in self.pairs if noisy is None), None)
         if noise is None and alone:
-            raise DataError(f"Expected 'noise' for a clean mesh without a noisy one (got None for '{alone}').")
+            raise DataError(
+                f"Expected 'noise' for a clean mesh without a noisy one (got None for '{alone}'). Name a noise model."
+            )
         if not 0 <= noise_level[0] <= noise_level[1]:
-            raise ValueError(f"Expected 'noise_level' as 0 <= smallest <= largest (got {noise_level})")
-        if num_patches < 1:
-            raise ValueError(f"Expected 'num_patches' of at least 1 (got {num_patches})")
-        self.num_patches = num_patches
-        self.patch_size = patch_size
-        self.k = k
-        self.seeds = seeds or AnisotropicSeeds()
+            raise ValueError(
+                f"Expected 'noise_level' as 0 <= smallest <= largest (got {noise_level}). Put the smaller level first."
+            )
+        self.patches = patches or PatchOptions()
+        self.seeds = AnisotropicSeeds()
         self.noise = noise
         self.noise_level = noise_level
         self.noise_seed = noise_seed
@@ -90,43 +88,47 @@ class MeshDataset(Dataset, ABC):
         super().__init__(str(root), transform=transform, log=False)
 
     @property
+    def growth(self) -> Growth:
+        """How patches grow."""
+        return self.patches.growth or DijkstraGrowth()
+
+    @property
     def raw_paths(self) -> list[str]:
         """Files that the data set is made from."""
         return [str(path) for pair in self.pairs for path in pair if path is not None]
 
     @property
     def processed_file_names(self) -> list[str]:
-        """Folder of each pair, named after all that shapes it."""
+        """Folder of each pair, named after everything that shapes it."""
         if self._names is None:
             parameters = self._parameters()
             self._names = [name_entry([path for path in pair if path], parameters) for pair in self.pairs]
         return self._names
 
     def process(self) -> None:
-        """Prepare the pairs that are not there yet."""
+        """Prepare the pairs that have not been prepared yet."""
         missing = [row for row, path in enumerate(self.processed_paths) if not Path(path).is_dir()]
         with ThreadPoolExecutor(self.num_workers) as pool:
-            done = pool.map(self._prepare, missing)
-            for _ in track(done, "Preparing patches", len(missing), console=Console(stderr=True)):
+            for _ in tqdm(pool.map(self._prepare, missing), "Preparing patches", len(missing)):
                 pass
 
     def len(self) -> int:
         """Number of patches of all meshes."""
-        return len(self.pairs) * self.num_patches
+        return len(self.pairs) * self.patches.num_patches
 
     def __getstate__(self) -> dict[str, Any]:
-        return {**self.__dict__, "_entries": {}}  # maps would be pickled as copies
+        return {**self.__dict__, "_entries": {}}  # memory maps would be pickled as copies
 
     @abstractmethod
-    def _parameters(self) -> dict[str, Any]:
+    def _parameters(self) -> dict[str, str]:
         """Values that shape an entry."""
 
     @abstractmethod
     def _arrays(self, row: int, extractor: PatchExtractor, normal: Tensor, face: Tensor) -> Arrays:
-        """Arrays of an entry beside the shared ones."""
+        """Arrays of an entry that only this kind of data set needs."""
 
-    def _serves_surface(self, row: int) -> bool:
-        """Whether items of a pair need positions and facet graph, not only normals."""
+    def _needs_mesh(self, row: int) -> bool:
+        """Whether the items of a pair need the mesh itself, not only its facet normals."""
         return self.pairs[row][0] is None
 
     def _prepare(self, row: int) -> None:
@@ -142,18 +144,19 @@ class MeshDataset(Dataset, ABC):
         normal = filled_face_normals(mesh.pos, mesh.face)
         arrays = self._arrays(row, extractor, normal, mesh.face)
         arrays["clean_normal"] = filled_face_normals(clean.pos, clean.face).float().numpy()
-        if self._serves_surface(row):
+        if self._needs_mesh(row):
             unit = float(mean_edge_length(mesh.pos, mesh.face)) or 1.0
             arrays["pos"] = ((mesh.pos - mesh.pos.mean(dim=0)) / unit).float().numpy()
             arrays["face"] = mesh.face.t().int().numpy()
             arrays["ptr"] = extractor.graph.ptr
             arrays["neighbor"] = extractor.graph.neighbor
         else:
-            arrays["surface"] = face_surface(mesh.pos - mesh.pos.mean(dim=0), mesh.face).float().numpy()
+            features = FaceFeatures.from_mesh(mesh.pos - mesh.pos.mean(dim=0), mesh.face)
+            arrays |= {name: value.float().numpy() for name, value in features._asdict().items()}
         write_entry(Path(self.processed_paths[row]), arrays)
 
     def _extractor(self, pos: Tensor, face: Tensor) -> PatchExtractor:
-        return PatchExtractor(pos, face, DijkstraGrowth(), self.patch_size, self.k)
+        return PatchExtractor(pos, face, self.growth, self.patches.patch_size, self.patches.k)
 
     def _entry(self, mesh: int) -> Arrays:
         if mesh not in self._entries:
@@ -163,7 +166,7 @@ class MeshDataset(Dataset, ABC):
     def _region(
         self, entry: Arrays, face_id: NDArray, mesh: int, generator: Generator
     ) -> tuple[Tensor, Tensor, Tensor]:
-        """Cut out faces with those around them, and move the vertices by noise where the mesh has no noisy file.
+        """Cut out faces with those around them, and add noise to the vertices where the mesh has no noisy file.
 
         Returns positions (W, 3) in mean edge lengths of the mesh, faces (3, M), and their rows in the mesh (M,).
         """
@@ -178,6 +181,6 @@ class MeshDataset(Dataset, ABC):
         return pos, face, torch.from_numpy(member)
 
     def _generator(self, idx: int) -> Generator:
-        """Randomness of one item: its own and always the same, or from the global one, which differs by worker."""
-        seed = int(torch.randint(2**62, ())) if self.noise_seed is None else self.noise_seed + idx
+        """Random numbers of one item: the same each time, or drawn from the global generator of this worker."""
+        seed = int(torch.randint(2**62, (), device="cpu")) if self.noise_seed is None else self.noise_seed + idx
         return torch.Generator().manual_seed(seed)

@@ -1,95 +1,64 @@
 """Training patches that are cut once and cached."""
 
-from collections.abc import Sequence
-from pathlib import Path
-from typing import Any
-
 import numpy as np
 import torch
 from torch import Tensor
 from torch_geometric.data import Data
 
-from dnf_pyg.datasets.mesh_dataset import Arrays, MeshDataset, MeshPair
-from dnf_pyg.datasets.packing import pack_rows, unpack_rows
-from dnf_pyg.mesh import DijkstraGrowth, Growth, filled_face_normals
-from dnf_pyg.patches.patch import Patch, PatchExtractor, face_surface, patch_to_data
+from dnf_pyg.datasets.mesh_dataset import Arrays, MeshDataset
+from dnf_pyg.patches.patch import FaceFeatures, Patch, PatchExtractor, patch_to_data
 
 __all__ = ["PatchDataset"]
 
 
 class PatchDataset(MeshDataset):
-    """Serve patches that are cut once: P of each mesh, in the form of :func:`~dnf_pyg.patches.patch_to_data`.
+    """Patches that are cut once, ``patches.num_patches`` of each mesh.
 
     A pair of a noisy and a clean file gives patches of the noisy mesh. A clean file alone gives patches of the
-    clean mesh, and the noise is drawn afresh each time a patch is served: on its vertices only, along the normals
-    and in the mean edge length of the whole mesh.
+    clean mesh; its noise is drawn each time a patch is served, for the vertices of the patch only, along the vertex
+    normals and in mean edge lengths of the whole mesh.
 
-    Everything is kept in ``root/processed``, in one folder per pair, named after every parameter and the content of
-    the files: what changed is prepared again. Workers and ranks map the same files, without copies.
-
-    Args:
-        pairs: Noisy file (or ``None``) and clean file of each mesh.
-        root: Folder in which ``processed`` is written.
-        growth: How patches grow.
-        seed: Start of the random numbers that draw the seeds.
-        options: All other arguments of :class:`~dnf_pyg.datasets.MeshDataset`, which lists the errors too.
+    The arguments and errors are those of :class:`~dnf_pyg.datasets.MeshDataset`.
     """
-
-    def __init__(
-        self,
-        pairs: Sequence[MeshPair],
-        root: str | Path,
-        *,
-        growth: Growth | None = None,
-        seed: int = 0,
-        **options: Any,
-    ) -> None:
-        self.growth = growth or DijkstraGrowth()
-        self.seed = seed
-        super().__init__(pairs, root, **options)
 
     def get(self, idx: int) -> Data:
         """Serve one patch."""
-        mesh, row = divmod(idx, self.num_patches)
+        mesh, row = divmod(idx, self.patches.num_patches)
         entry = self._entry(mesh)
         size = int(entry["size"][row])
         face_id = entry["face_id"][row, :size].astype(np.int64)
-        if self._serves_surface(mesh):
+        if self._needs_mesh(mesh):
             pos, face, _ = self._region(entry, face_id, mesh, self._generator(idx))
-            normal, surface = filled_face_normals(pos, face)[:size], face_surface(pos, face)[:size]
+            features = FaceFeatures.from_mesh(pos, face)
         else:
-            normal, surface = (torch.from_numpy(entry[name][face_id]) for name in ("normal", "surface"))
-        bits = self.patch_size.bit_length()
-        neighbor = torch.from_numpy(unpack_rows(entry["packed"][row], bits, size, min(self.k, size)))
+            features = FaceFeatures(*(torch.from_numpy(entry[name][face_id]) for name in FaceFeatures._fields))
+        neighbor = torch.from_numpy(entry["nearest"][row, :size, :size].astype(np.int64))
         distance = torch.from_numpy(entry["distance"][row, :size].copy())
         clean_normal = torch.from_numpy(entry["clean_normal"][face_id])
-        data = patch_to_data(Patch(torch.arange(size), neighbor, distance), normal, clean_normal, surface)
+        rows = torch.arange(size, device="cpu")
+        data = patch_to_data(Patch(rows, neighbor, distance), features, clean_normal)
         data.face_id = torch.from_numpy(face_id)
         return data
 
-    def _parameters(self) -> dict[str, Any]:
-        names = ("num_patches", "patch_size", "k", "seeds", "growth", "seed")
-        return {"class": "PatchDataset", **{name: repr(getattr(self, name)) for name in names}}
-
-    def _extractor(self, pos: Tensor, face: Tensor) -> PatchExtractor:
-        return PatchExtractor(pos, face, self.growth, self.patch_size, self.k)
+    def _parameters(self) -> dict[str, str]:
+        options = {**vars(self.patches), "growth": self.growth, "seeds": self.seeds}
+        return {"class": "PatchDataset", **{name: repr(value) for name, value in options.items()}}
 
     def _arrays(self, row: int, extractor: PatchExtractor, normal: Tensor, face: Tensor) -> Arrays:
-        generator = torch.Generator().manual_seed(self.seed + int(self.processed_file_names[row][-8:], 16))
-        seeds, bits = self.seeds(normal, face, self.num_patches, generator), self.patch_size.bit_length()
+        options = self.patches
+        generator = torch.Generator().manual_seed(options.seed + int(self.processed_file_names[row][-8:], 16))
+        shape = (options.num_patches, options.patch_size)
         arrays: Arrays = {
-            "size": np.zeros(self.num_patches, np.int32),
-            "face_id": np.full((self.num_patches, self.patch_size), -1, np.int32),
-            "packed": np.zeros((self.num_patches, -(-self.patch_size * self.k * bits // 8)), np.uint8),
-            "distance": np.zeros((self.num_patches, self.patch_size), np.float32),
+            "size": np.zeros(options.num_patches, np.int32),
+            "face_id": np.full(shape, -1, np.int32),
+            "nearest": np.full((*shape, options.k), -1, np.int16),
+            "distance": np.zeros(shape, np.float32),
         }
+        seeds = self.seeds(normal, face, options.num_patches, generator)
         for number, patch in enumerate(map(extractor.extract, seeds.tolist())):
-            size = len(patch.face_id)
+            size, k = patch.neighbor.shape
             arrays["size"][number] = size
             arrays["face_id"][number, :size] = patch.face_id
-            packed = pack_rows(patch.neighbor.numpy(), bits)
-            arrays["packed"][number, : len(packed)] = packed
+            arrays["nearest"][number, :size, :k] = patch.neighbor
             arrays["distance"][number, :size] = patch.distance
-        if not self._serves_surface(row):
-            arrays["normal"] = normal.float().numpy()
         return arrays

@@ -44,7 +44,29 @@ def mean_angular_difference(normal: Tensor, clean_normal: Tensor) -> float:
     return float(normal_angles(normal, clean_normal).double().mean())
 
 
-class MeanAngularDifference(Metric):
+class _Mean(Metric):
+    """Mean of all values seen, NaN before the first; subclasses implement ``update`` and call ``_add``."""
+
+    is_differentiable = False
+    higher_is_better = False
+    full_state_update = False
+    total: Tensor
+    count: Tensor
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.add_state("total", torch.zeros((), dtype=torch.float64), dist_reduce_fx="sum")
+        self.add_state("count", torch.zeros((), dtype=torch.long), dist_reduce_fx="sum")
+
+    def _add(self, value: Tensor) -> None:
+        self.total += value.double().sum()
+        self.count += value.numel()
+
+    def compute(self) -> Tensor:
+        return (self.total / self.count).float()
+
+
+class MeanAngularDifference(_Mean):
     r"""Mean angular difference :math:`\theta` in degrees between filtered and clean facet normals.
 
     Faces without a normal in the clean mesh (zero area) are left out. :func:`mean_angular_difference` is for one mesh.
@@ -64,29 +86,12 @@ class MeanAngularDifference(Metric):
         tensor(45.)
     """
 
-    is_differentiable = False
-    higher_is_better = False
-    full_state_update = False
-    angle_sum: Tensor
-    num_faces: Tensor
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.add_state("angle_sum", torch.zeros((), dtype=torch.float64), dist_reduce_fx="sum")
-        self.add_state("num_faces", torch.zeros((), dtype=torch.long), dist_reduce_fx="sum")
-
     def update(self, normal: Tensor, clean_normal: Tensor) -> None:
         """Add the faces of one mesh or batch."""
-        angle = normal_angles(normal, clean_normal)
-        self.angle_sum += angle.double().sum()
-        self.num_faces += len(angle)
-
-    def compute(self) -> Tensor:
-        """Mean over all faces seen, in degrees."""
-        return (self.angle_sum / self.num_faces).float()
+        self._add(normal_angles(normal, clean_normal))
 
 
-class VertexError(Metric):
+class VertexError(_Mean):
     r"""Mean distance :math:`E_v` of vertices to the clean surface, in multiples of the clean mesh's mean edge length.
 
     Shapes:
@@ -100,23 +105,7 @@ class VertexError(Metric):
         tensor(0.2200)
     """
 
-    is_differentiable = False
-    higher_is_better = False
-    full_state_update = False
-    distance_sum: Tensor
-    num_vertices: Tensor
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.add_state("distance_sum", torch.zeros((), dtype=torch.float64), dist_reduce_fx="sum")
-        self.add_state("num_vertices", torch.zeros((), dtype=torch.long), dist_reduce_fx="sum")
-
     def update(self, pos: Tensor, clean_pos: Tensor, clean_face: Tensor) -> None:
         """Add the vertices of one mesh."""
         scale = float(mean_edge_length(clean_pos.double(), clean_face))
-        self.distance_sum += float(surface_distance(pos, clean_pos, clean_face).sum()) / scale
-        self.num_vertices += len(pos)
-
-    def compute(self) -> Tensor:
-        """Mean over all vertices seen."""
-        return (self.distance_sum / self.num_vertices).float()
+        self._add(surface_distance(pos, clean_pos, clean_face) / scale)

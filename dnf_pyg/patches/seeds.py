@@ -1,6 +1,5 @@
 """Seed faces of patches: sampled for training, chosen to cover the mesh for inference."""
 
-from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 
@@ -11,15 +10,35 @@ from dnf_pyg.mesh import one_ring
 from dnf_pyg.patches.coverage import plan_seeds
 from dnf_pyg.patches.patch import Patch, PatchExtractor
 
-__all__ = ["AnisotropicSeeds", "SeedSampler", "UniformSeeds", "cover"]
+__all__ = ["AnisotropicSeeds", "cover"]
 
 
-class SeedSampler(ABC):
-    """How the seeds of training patches are drawn; chosen by class."""
+class AnisotropicSeeds:
+    """Draw seed faces with a probability that grows with the variation of the normals in their one-ring.
 
-    @abstractmethod
+    The variation is the mean of one minus the cosine of the angle to each face of the one-ring.
+    Source: Li et al. 2020, Sec. 3.2.
+
+    Args:
+        floor: Constant added to the variation of every face, as a share of the mean variation, so that flat regions
+            are sampled too.
+
+    Raises:
+        ValueError: If ``floor`` is not positive.
+
+    Example:
+        >>> normal = torch.tensor([[0.0, 0, 1], [0, 0, 1]])
+        >>> AnisotropicSeeds()(normal, torch.tensor([[0, 1], [1, 3], [2, 2]]), num_seeds=2).sort().values
+        tensor([0, 1])
+    """
+
+    def __init__(self, floor: float = 0.1) -> None:
+        if not floor > 0:
+            raise ValueError(f"Expected 'floor' above 0 (got {floor}). Without it flat regions are never sampled.")
+        self.floor = floor
+
     def weight(self, normal: Tensor, face: Tensor) -> Tensor:
-        """Give the chance of each face to be a seed, up to a factor.
+        """Compute the weight of each face, the variation plus the floor.
 
         Args:
             normal: Facet normals, shape (F, 3), unit length.
@@ -28,9 +47,15 @@ class SeedSampler(ABC):
         Returns:
             Positive weights, shape (F,) float64.
         """
+        neighbor, centre = one_ring(face, int(face.max()) + 1)
+        variation = normal.new_zeros(face.size(1), dtype=torch.double)
+        variation.index_add_(0, centre, 1.0 - (normal[neighbor].double() * normal[centre].double()).sum(dim=-1))
+        variation = variation.clamp(min=0) / torch.bincount(centre, minlength=face.size(1)).clamp(min=1)
+        mean = variation.mean()
+        return variation + self.floor * mean if mean > 0 else torch.ones_like(variation)
 
     def __call__(self, normal: Tensor, face: Tensor, num_seeds: int, generator: Generator | None = None) -> Tensor:
-        """Draw seed faces without replacement; the faces repeat only after all were drawn.
+        """Draw seed faces without replacement; faces repeat only after all have been drawn.
 
         Source: Efraimidis and Spirakis 2006.
 
@@ -44,76 +69,29 @@ class SeedSampler(ABC):
             Face ids, shape (P,) long.
         """
         weight = self.weight(normal, face)
-        drawn = [torch.empty(0, dtype=torch.long)]
+        drawn = [torch.empty(0, dtype=torch.long, device="cpu")]
         for first in range(0, num_seeds, len(weight)):
-            chance = torch.rand(weight.shape, generator=generator, dtype=torch.double).clamp(min=1e-300)
+            chance = torch.rand(weight.shape, generator=generator, dtype=torch.double, device="cpu").clamp(min=1e-300)
             drawn.append((-chance.log() / weight).topk(min(num_seeds - first, len(weight)), largest=False).indices)
         return torch.cat(drawn)
-
-
-class AnisotropicSeeds(SeedSampler):
-    """Draw seeds with a chance that grows with the normal variation in the one-ring of the face.
-
-    The variation is the mean of 1 - cos of the angle to the faces around. Source: Li et al. 2020, Sec. 3.2.
-
-    Args:
-        floor: Variation given to every face in addition, as a share of the mean variation, so that flat regions
-            are seen too.
-
-    Raises:
-        ValueError: If ``floor`` is not positive.
-
-    Example:
-        >>> normal = torch.tensor([[0.0, 0, 1], [0, 0, 1]])
-        >>> AnisotropicSeeds()(normal, torch.tensor([[0, 1], [1, 3], [2, 2]]), num_seeds=2).sort().values
-        tensor([0, 1])
-    """
-
-    def __init__(self, floor: float = 0.1) -> None:
-        if not floor > 0:
-            raise ValueError(f"Expected 'floor' above 0 (got {floor})")
-        self.floor = floor
-
-    def weight(self, normal: Tensor, face: Tensor) -> Tensor:
-        """Give the variation plus the floor, see :meth:`SeedSampler.weight`."""
-        neighbor, centre = one_ring(face, int(face.max()) + 1)
-        variation = normal.new_zeros(face.size(1), dtype=torch.double)
-        variation.index_add_(0, centre, 1.0 - (normal[neighbor].double() * normal[centre].double()).sum(dim=-1))
-        variation = variation.clamp(min=0) / torch.bincount(centre, minlength=face.size(1)).clamp(min=1)
-        mean = variation.mean()
-        return variation + self.floor * mean if mean > 0 else torch.ones_like(variation)
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}(floor={self.floor})"
 
 
-class UniformSeeds(SeedSampler):
-    """Draw seeds with the same chance for every face.
-
-    Example:
-        >>> normal = torch.tensor([[0.0, 0, 1], [0, 0, 1]])
-        >>> UniformSeeds()(normal, torch.tensor([[0, 1], [1, 3], [2, 2]]), num_seeds=2).sort().values
-        tensor([0, 1])
-    """
-
-    def weight(self, normal: Tensor, face: Tensor) -> Tensor:
-        """Give ones, see :meth:`SeedSampler.weight`."""
-        return torch.ones(face.size(1), dtype=torch.double)
-
-    def __repr__(self) -> str:
-        return f"{type(self).__name__}()"
-
-
 def cover(extractor: PatchExtractor, min_coverage: int = 2, generator: Generator | None = None) -> Iterator[Patch]:
-    """Cut patches, one after the other, until every face lies in at least ``min_coverage`` of them.
+    """Cut patches one after the other until every face lies in at least ``min_coverage`` of them.
 
-    All seeds but a few are planned ahead, see :mod:`dnf_pyg.patches.coverage`; where the patches turn out otherwise
-    than planned (:class:`~dnf_pyg.mesh.HeatGrowth`), the first least covered face is the next seed.
+    The seeds are planned ahead (:mod:`dnf_pyg.patches.coverage`). Where the patches differ from the plan, as with
+    :class:`~dnf_pyg.mesh.HeatGrowth`, more are cut, each around the first of the faces that are covered least.
 
     Args:
-        extractor: Patches of the mesh.
-        min_coverage: Patches that every face must lie in.
+        extractor: Cuts the patches of the mesh.
+        min_coverage: Smallest number of patches that each face lies in.
         generator: Source of randomness; the same state gives the same patches.
+
+    Yields:
+        The patches.
 
     Raises:
         ValueError: If ``min_coverage`` is not positive.
@@ -125,12 +103,12 @@ def cover(extractor: PatchExtractor, min_coverage: int = 2, generator: Generator
         [2, 2, 2]
     """
     if min_coverage < 1:
-        raise ValueError(f"Expected 'min_coverage' of at least 1 (got {min_coverage})")
-    count = torch.zeros(extractor.num_faces, dtype=torch.int32)
+        raise ValueError(f"Expected 'min_coverage' of at least 1 (got {min_coverage}). Raise it.")
+    count = torch.zeros(extractor.num_faces, dtype=torch.int32, device="cpu")
     seeds = plan_seeds(extractor.graph, extractor.patch_size, min_coverage, generator).tolist()
     num_threads = torch.get_num_threads()
     with ThreadPoolExecutor(num_threads) as pool:
-        for first in range(0, len(seeds), 4 * num_threads):  # threads rest while the caller works on these
+        for first in range(0, len(seeds), 4 * num_threads):  # the threads pause while the caller works on these
             for patch in pool.map(extractor.extract, seeds[first : first + 4 * num_threads]):
                 count[patch.face_id] += 1
                 yield patch

@@ -12,7 +12,7 @@ from lightning.pytorch import LightningModule
 
 from dnf_pyg.errors import DNFError
 from dnf_pyg.io import MeshFile, read_mesh, write_mesh
-from dnf_pyg.nn import DNFNet
+from dnf_pyg.nn import FilteringNetwork
 from dnf_pyg.pipeline import DenoiseResult, denoise
 from dnf_pyg.train.processes import leave_at_exit
 
@@ -60,7 +60,7 @@ class MeshDenoisingModule(LightningModule):
         failures: Reason for each input of this process that failed, by its path.
     """
 
-    def __init__(self, net: DNFNet, settings: Mapping[str, Any] | None = None) -> None:
+    def __init__(self, net: FilteringNetwork, settings: Mapping[str, Any] | None = None) -> None:
         super().__init__()
         leave_at_exit()
         self.net = net

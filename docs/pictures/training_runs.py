@@ -26,9 +26,15 @@ ABLATIONS = {  # rows of Table 1: arguments of the network, of the loss
 }
 
 
-def clean_meshes(root, folder, names=MESHES, **options):
-    arguments = {"noise_level": [0.1, 0.3], "num_patches": 30, "patch_size": 300, "k": 20, "batch_size": 4}
-    arguments |= {"root": str(root), "names": names, "cache": str(folder / "patches"), "rotate": False, **options}
+def clean_meshes(root, folder, names=MESHES, num_patches=30, k=20, batch_size=4, jitter=0.0):
+    arguments = {
+        "root": str(root),
+        "names": names,
+        "noise_level": [0.1, 0.3],
+        "patches": {"num_patches": num_patches, "patch_size": 300, "k": k},
+        "loader": {"batch_size": batch_size, "rotate": False, "jitter": jitter},
+        "cache": str(folder / "patches"),
+    }
     return {"class_path": "dnf_pyg.datamodules.CleanMeshesDataModule", "init_args": arguments}
 
 
@@ -113,7 +119,8 @@ def main():
     run(folder, "real", config(folder, "real", clean_meshes(data, folder), 600, callbacks=[validation]))
 
     views = {"root": str(data), "names": ["spot", "fish", "blob", "gear"], "cache": str(folder / "views")}
-    views |= {"num_views": 2, "num_patches": 40, "patch_size": 300, "k": 30, "batch_size": 4, "rotate": False}
+    views |= {"num_views": 2, "patches": {"num_patches": 40, "patch_size": 300, "k": 30}}
+    views["loader"] = {"batch_size": 4, "rotate": False}
     parts = {
         "gaussian": {"data": clean_meshes(data, folder, k=12), "levels": [4, 8, 12]},
         "kinect": {

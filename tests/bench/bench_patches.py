@@ -20,7 +20,7 @@ from dnf_pyg.datasets import FreshPatchDataset, PatchDataset
 from dnf_pyg.io import read_mesh
 from dnf_pyg.mesh import DijkstraGrowth, FacetGraph, HeatGrowth, filled_face_normals, nearest_faces
 from dnf_pyg.mesh.noise import GaussianNormalNoise
-from dnf_pyg.patches import PatchExtractor, cover, patch_to_data
+from dnf_pyg.patches import PatchExtractor, PatchOptions, cover, patch_to_data
 
 CNR = Path(__file__).resolve().parents[3] / "shared" / "data" / "cnr" / "Synthetic"
 
@@ -110,15 +110,15 @@ def bench_dataset():
         for level in (1, 2, 3)
     ]
     alone = [(None, clean) for _, clean in fixed[::3]]
-    for label, kind, pairs, options in (
-        ("fixed pairs, K=50", PatchDataset, fixed, {}),
-        ("fresh noise, K=50", PatchDataset, alone, {"noise": GaussianNormalNoise()}),
-        ("fresh patches and noise, K=50", FreshPatchDataset, alone, {"noise": GaussianNormalNoise()}),
-        ("fixed pairs, K=150, 200 patches, 6 meshes", PatchDataset, fixed[::20], {"k": 150, "num_patches": 200}),
+    for label, kind, pairs, patches, noise in (
+        ("fixed pairs, K=50", PatchDataset, fixed, PatchOptions(), None),
+        ("fresh noise, K=50", PatchDataset, alone, PatchOptions(), GaussianNormalNoise()),
+        ("fresh patches and noise, K=50", FreshPatchDataset, alone, PatchOptions(), GaussianNormalNoise()),
+        ("fixed pairs, K=150, 200 patches, 6 meshes", PatchDataset, fixed[::20], PatchOptions(200, k=150), None),
     ):
         with tempfile.TemporaryDirectory() as root:
             start = time.process_time()
-            dataset = kind(pairs, root, **options)
+            dataset = kind(root, pairs, patches, noise=noise)
             seconds = time.process_time() - start
             size = sum(file.stat().st_size for file in Path(root).rglob("*.npy"))
             torch.manual_seed(0)

@@ -18,9 +18,10 @@ import trimesh
 from lightning.pytorch import Callback, Trainer, seed_everything
 from lightning.pytorch.profilers import SimpleProfiler
 
-from dnf_pyg.datamodules import CleanMeshesDataModule, PairsDataModule
+from dnf_pyg.datamodules import CleanMeshesDataModule, LoaderOptions, PairsDataModule
 from dnf_pyg.mesh.noise import GaussianNormalNoise
 from dnf_pyg.nn import DNFNet
+from dnf_pyg.patches import PatchOptions
 from dnf_pyg.train.module import NormalFilteringModule
 
 BATCH, STEPS = 4, 12
@@ -90,13 +91,12 @@ def main():
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         make_meshes(folder)
-        options = {"num_patches": 48, "batch_size": BATCH, "cache": str(folder / "cache")}
+        options = {"patches": PatchOptions(num_patches=48), "cache": str(folder / "cache")}
         for workers in (0, 1):
+            options["loader"] = LoaderOptions(batch_size=BATCH, num_workers=workers, jitter=0.0)
             for title, data in {
-                "clean, fresh noise": CleanMeshesDataModule(str(folder / "clean"), num_workers=workers, **options),
-                "pairs, from disk": PairsDataModule(
-                    str(folder / "noisy"), str(folder / "clean"), num_workers=workers, **options
-                ),
+                "clean, fresh noise": CleanMeshesDataModule(str(folder / "clean"), **options),
+                "pairs, from disk": PairsDataModule(str(folder / "noisy"), str(folder / "clean"), **options),
             }.items():
                 data.prepare_data()
                 floor = bare(data)

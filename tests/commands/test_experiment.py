@@ -51,7 +51,8 @@ def test_table_1_from_its_configs_cut_short(data, cnr_folder, tmp_path, monkeypa
     monkeypatch.chdir(tmp_path)
     short = ["--trainer.max_epochs=1", "--trainer.limit_train_batches=2", "--trainer.limit_val_batches=1"]
     short += [f"--model.net.{option}" for option in ("channels=[8,8,8]", "embedding_channels=8", "residual_k=4")]
-    short += [f"--data.{option}" for option in (f"root={cnr_folder}", "cache=cache", "num_patches=2", "patch_size=60")]
+    small = ("cache=cache", "patches.num_patches=2", "patches.patch_size=60")
+    short += [f"--data.{option}" for option in (f"root={cnr_folder}", *small)]
     for case in CASES.values():
         assert main(["fit", "-c", case.runs[-1], "--trainer.accelerator=cpu", *short]) == 0
     assert run("ablation", data, "-o", "out", "--iterations", "2") == 0

@@ -3,10 +3,17 @@
 import pytest
 import trimesh
 
-from dnf_pyg.datamodules import CleanMeshesDataModule, CNRDataModule, DepthCameraDataModule, PairsDataModule
+from dnf_pyg.datamodules import (
+    CleanMeshesDataModule,
+    CNRDataModule,
+    DepthCameraDataModule,
+    LoaderOptions,
+    PairsDataModule,
+)
 from dnf_pyg.errors import DataError
+from dnf_pyg.patches import PatchOptions
 
-SMALL = {"num_patches": 2, "patch_size": 40, "k": 8, "batch_size": 2}
+SMALL = {"patches": PatchOptions(num_patches=2, patch_size=40, k=8), "loader": LoaderOptions(batch_size=2)}
 
 
 @pytest.fixture(params=["pairs", "clean", "camera", "cnr"])
@@ -50,7 +57,7 @@ def test_goes_on_without_it(case):
         data.prepare_data()
     served = {path.stem for split in ("train", "val") for _, path in data.dataset(split).pairs}
     assert served == left
-    assert next(iter(data.train_dataloader())).normal.shape == (80, 3) or "-0" in min(left)
+    assert next(iter(data.train_dataloader())).x.shape == (80, 3) or "-0" in min(left)
 
 
 def test_nothing_left_is_an_error(clean_folder, tmp_path):

@@ -4,8 +4,9 @@ from lightning.pytorch import Callback, Trainer, seed_everything
 from lightning.pytorch.callbacks import EMAWeightAveraging, ModelCheckpoint
 from lightning.pytorch.loggers import CSVLogger
 
-from dnf_pyg.datamodules import CleanMeshesDataModule, JointDataModule, PairsDataModule, Part
+from dnf_pyg.datamodules import CleanMeshesDataModule, JointDataModule, LoaderOptions, PairsDataModule, Part
 from dnf_pyg.nn import DNFNet
+from dnf_pyg.patches import PatchOptions
 from dnf_pyg.train.module import NormalFilteringModule
 
 
@@ -18,9 +19,12 @@ class Curve(Callback):
 
 
 def joint(clean_folder, pair_folders, levels=(3, 4, 6), num_patches=3):
-    one = CleanMeshesDataModule(str(clean_folder), num_patches=5, patch_size=40, k=6, batch_size=2)
+    one = CleanMeshesDataModule(str(clean_folder), patches=PatchOptions(5, 40, k=6), loader=LoaderOptions(batch_size=2))
     two = PairsDataModule(
-        str(pair_folders[1]), str(clean_folder), num_patches=num_patches, patch_size=50, k=12, batch_size=3
+        str(pair_folders[1]),
+        str(clean_folder),
+        patches=PatchOptions(num_patches, 50, k=12),
+        loader=LoaderOptions(batch_size=3),
     )
     return JointDataModule({"clean": Part(one, list(levels), 0.5), "pairs": Part(two)})
 

@@ -23,9 +23,10 @@ SCRIPT = textwrap.dedent(
 
     import torch
     from lightning.pytorch import Callback, Trainer, seed_everything
-    from dnf_pyg.datamodules import CleanMeshesDataModule
+    from dnf_pyg.datamodules import CleanMeshesDataModule, LoaderOptions
     from dnf_pyg.train.callbacks import MeshValidation
-    from dnf_pyg.patches import mesh_dataset
+    from dnf_pyg.datasets import mesh_dataset
+    from dnf_pyg.patches import PatchOptions
     from dnf_pyg.train.module import NormalFilteringModule
     from dnf_pyg.nn import DNFNet
 
@@ -38,7 +39,7 @@ SCRIPT = textwrap.dedent(
             module.net.eval()  # batch statistics belong to a process; the loss must not depend on them here
 
         def on_train_batch_end(self, trainer, module, outputs, batch, batch_idx):
-            self.rows.append([float(outputs["loss"]), *batch.normal.view(-1, 40 * 3).sum(1).tolist()])
+            self.rows.append([float(outputs["loss"]), *batch.x.view(-1, 40 * 3).sum(1).tolist()])
 
         def on_fit_end(self, trainer, module):
             with open(f"{out}/{processes}-{trainer.global_rank}.json", "w") as file:
@@ -48,8 +49,8 @@ SCRIPT = textwrap.dedent(
     mesh_dataset.write_entry = lambda folder, arrays: (prepared.append(folder.name), write_entry(folder, arrays))
     torch.set_num_threads(1)
     seed_everything(0)
-    data = CleanMeshesDataModule(root, num_patches=8, patch_size=40, k=8, batch_size=4 // processes, val_share=0.3,
-                                 cache=cache)
+    loader = LoaderOptions(batch_size=4 // processes, jitter=0.0)
+    data = CleanMeshesDataModule(root, patches=PatchOptions(8, 40, k=8), loader=loader, val_share=0.3, cache=cache)
     module = NormalFilteringModule(DNFNet(k=(3, 5, 8), channels=(8, 8, 8), embedding_channels=8, residual_k=4))
     trainer = Trainer(accelerator="cpu", devices=processes, strategy="ddp" if processes > 1 else "auto", max_epochs=2,
                       callbacks=[Record(), MeshValidation([f"{root}/box0.obj"], every_n_epochs=2)], logger=False,
@@ -57,7 +58,7 @@ SCRIPT = textwrap.dedent(
                       default_root_dir=f"{out}/{processes}")
     trainer.fit(module, data)
     mesh_theta = float(trainer.callback_metrics["val/mesh_theta"])
-    data.hparams.num_patches = 7  # not a multiple of the processes
+    data.patches = PatchOptions(7, 40, k=8)  # not a multiple of the processes
     theta = trainer.test(module, data, verbose=False)[0]["test/theta"]
     with open(f"{out}/theta-{processes}-{trainer.global_rank}.json", "w") as file:
         json.dump({"test": theta, "mesh": mesh_theta, "prepared": sorted(prepared)}, file)

@@ -15,7 +15,8 @@ SCRIPT = textwrap.dedent(
     import torch
     from lightning.pytorch import Callback, Trainer, seed_everything
     from lightning.pytorch.callbacks import ModelCheckpoint
-    from dnf_pyg.datamodules import CleanMeshesDataModule
+    from dnf_pyg.datamodules import CleanMeshesDataModule, LoaderOptions
+    from dnf_pyg.patches import PatchOptions
     from dnf_pyg.train.module import NormalFilteringModule
     from dnf_pyg.nn import DNFNet
 
@@ -30,8 +31,8 @@ SCRIPT = textwrap.dedent(
 
     torch.set_num_threads(1)
     seed_everything(0)
-    data = CleanMeshesDataModule(root, num_patches=6, patch_size=40, k=8, batch_size=2, jitter=0.005,
-                                 num_workers=workers, val_share=0.3)
+    loader = LoaderOptions(batch_size=2, num_workers=workers, jitter=0.005)
+    data = CleanMeshesDataModule(root, patches=PatchOptions(6, 40, k=8), loader=loader, val_share=0.3)
     module = NormalFilteringModule(DNFNet(k=(3, 5, 8), channels=(8, 8, 8), embedding_channels=8, residual_k=4))
     last = ModelCheckpoint(out, save_last=True, every_n_train_steps=3, save_top_k=0)
     trainer = Trainer(accelerator="cpu", max_epochs=3, callbacks=[last, Curve()], logger=False,

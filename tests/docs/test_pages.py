@@ -56,7 +56,7 @@ def run(command):
     elif words[0] == "dnf-pyg" and not set(words) & {"|", ">", "&&"}:
         short = SHORT if words[1] in ("fit", "validate", "test") else []
         keys = [f"parts.{name}.data.init_args." for name in ("synthetic", "kinect")] if "joint" in words else [""]
-        short = [*short, *(f"--data.{key}num_patches=2" for key in keys if short)]
+        short = [*short, *(f"--data.{key}patches.num_patches=2" for key in keys if short)]
         assert main([*words[1:], *short]) == 0, command
     else:
         path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"

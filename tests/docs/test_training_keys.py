@@ -8,9 +8,10 @@ import pytest
 from lightning.pytorch import Trainer
 
 import dnf_pyg.datamodules
-from dnf_pyg.datamodules import JointDataModule
+from dnf_pyg.datamodules import JointDataModule, LoaderOptions
 from dnf_pyg.datamodules.patches import PatchDataModule
 from dnf_pyg.nn import DNFNet
+from dnf_pyg.patches import PatchOptions
 from dnf_pyg.train.distillation import Distillation
 from dnf_pyg.train.losses import JointLoss
 from dnf_pyg.train.module import NormalFilteringModule
@@ -30,6 +31,8 @@ OWNERS = {
     "model.loss": [JointLoss],
     "model.distillation": [Distillation],
     "data": MODULES,
+    "data.patches": [PatchOptions],
+    "data.loader": [LoaderOptions],
 }
 
 

@@ -10,12 +10,13 @@ from matplotlib.image import imread
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
 from dnf_pyg import denoise
-from dnf_pyg.datamodules import CleanMeshesDataModule, JointDataModule, Part
+from dnf_pyg.datamodules import CleanMeshesDataModule, JointDataModule, LoaderOptions, Part
 from dnf_pyg.errors import DataError
 from dnf_pyg.evaluate.metrics import MeanAngularDifference
 from dnf_pyg.io import read_mesh
 from dnf_pyg.mesh.geometry import face_normals
 from dnf_pyg.nn import DNFNet
+from dnf_pyg.patches import PatchOptions
 from dnf_pyg.train.callbacks import MeshValidation
 from dnf_pyg.train.module import NormalFilteringModule
 from dnf_pyg.weights.load import load_network
@@ -41,9 +42,15 @@ class Losses(Callback):
         self.values.append(float(outputs["loss"]))
 
 
-def data(folder, **options):
-    options = {"num_patches": 4, "patch_size": 40, "k": 8, "batch_size": 4, "val_share": 0.34, **options}
-    return CleanMeshesDataModule(str(folder / "clean"), cache=str(folder / "cache"), **options)
+def data(folder, num_patches=4, jitter=0.0, **options):
+    return CleanMeshesDataModule(
+        str(folder / "clean"),
+        patches=PatchOptions(num_patches, 40, k=8),
+        loader=LoaderOptions(batch_size=4, jitter=jitter),
+        val_share=0.34,
+        cache=str(folder / "cache"),
+        **options,
+    )
 
 
 def net():

@@ -7,9 +7,10 @@ from lightning.pytorch import Trainer, seed_everything
 from lightning.pytorch.callbacks import EMAWeightAveraging
 from torch_geometric.data import Batch, Data
 
-from dnf_pyg.datamodules import CleanMeshesDataModule, JointDataModule, Part
+from dnf_pyg.datamodules import CleanMeshesDataModule, JointDataModule, LoaderOptions, Part
 from dnf_pyg.errors import DataError, WeightsError
 from dnf_pyg.nn import DNFNet
+from dnf_pyg.patches import PatchOptions
 from dnf_pyg.train.distillation import Distillation
 from dnf_pyg.train.losses import JointLoss
 from dnf_pyg.train.module import NormalFilteringModule
@@ -42,7 +43,11 @@ def joint(tmp_path, ks=(4, 8)):
         box = trimesh.creation.box(extents=(1, 2, 1 + number)).subdivide().subdivide()
         box.export(tmp_path / "clean" / f"box{number}.ply")
     parts = {
-        name: Part(CleanMeshesDataModule(str(tmp_path / "clean"), num_patches=3, patch_size=30, k=k, batch_size=2))
+        name: Part(
+            CleanMeshesDataModule(
+                str(tmp_path / "clean"), patches=PatchOptions(3, 30, k=k), loader=LoaderOptions(batch_size=2)
+            )
+        )
         for name, k in zip(("near", "far"), ks, strict=True)
     }
     return JointDataModule(parts)

@@ -6,9 +6,7 @@ import torch
 from torch import Tensor
 
 from dnf_pyg.evaluate.baselines.filtered import FilteredMesh
-from dnf_pyg.mesh.adjacency import edge_adjacent, one_ring
-from dnf_pyg.mesh.geometry import face_areas, face_centroids, filled_face_normals
-from dnf_pyg.mesh.validate import validate_mesh
+from dnf_pyg.mesh import edge_adjacent, face_areas, face_centroids, filled_face_normals, one_ring, validate_mesh
 from dnf_pyg.mesh.vertex_update import update_vertices
 
 __all__ = ["BilateralNormalFilter", "average_normals", "mean_centroid_distance", "spatial_weights"]

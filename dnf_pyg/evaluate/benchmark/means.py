@@ -5,7 +5,7 @@ from typing import Any
 
 from dnf_pyg.evaluate.benchmark.rows import Row
 
-__all__ = ["complete_methods", "mean", "means", "mesh_thetas", "names", "noisy_rows", "scores", "summarize"]
+__all__ = ["complete_methods", "means", "mesh_thetas", "names", "noisy_rows", "scores", "summarize"]
 
 Thetas = dict[str, dict[str, float]]
 
@@ -13,12 +13,6 @@ Thetas = dict[str, dict[str, float]]
 def names(rows: Iterable[Row], field: str) -> list[str]:
     """Distinct values of a field, such as ``method`` or ``mesh``, in the order of the rows."""
     return list(dict.fromkeys(getattr(row, field) for row in rows))
-
-
-def mean(values: Iterable[float | None]) -> float | None:
-    """Mean of the known values; ``None`` if there are none."""
-    known = [value for value in values if value is not None]
-    return sum(known) / len(known) if known else None
 
 
 def means(rows: Iterable[Row], field: str, *by: str) -> dict[tuple[str, ...], float]:
@@ -113,7 +107,7 @@ def summarize(rows: Sequence[Row], data: str) -> dict[str, Any]:
     if len(methods) != 1:
         raise ValueError(f"Expected 'rows' of one method (got {methods}). Pass those of one at a time.")
     fields = ("theta_deg", "theta_normals_deg", "vertex_error", "seconds")
-    overall = {field: mean(getattr(row, field) for row in rows) for field in fields}
+    overall = {field: means(rows, field).get(()) for field in fields}
     by_noise = sorted(means(rows, "theta_deg", "noise").items())
     return {
         "data": data,

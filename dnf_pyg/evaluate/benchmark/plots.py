@@ -35,7 +35,7 @@ def draw_plots(folder: Path, rows: Sequence[Row]) -> None:
         axes.set_yticks(range(len(meshes)), meshes)
         axes.set_xscale("log")
         axes.xaxis.set_major_formatter("{x:g}")
-        axes.xaxis.set_minor_formatter(lambda value, _: f"{value:g}" if f"{value:.0e}"[0] in "25" else "")
+        axes.xaxis.set_minor_formatter(lambda value, _: f"{value:g}" if f"{value:.0e}"[0] in "235" else "")
         axes.set_xlabel("θ of the mesh, mean of the noise levels (degrees, logarithmic)")
     with plot(folder / "theta_by_noise.png", (8, 4.5)) as axes:
         noises, theta_of = sorted(names(rows, "noise")), means(rows, "theta_deg", "method", "noise")
@@ -75,8 +75,5 @@ def plot(path: Path, size: tuple[float, float]) -> Iterator[Axes]:
 
 def line_style(number: int) -> dict[str, Any]:
     """Colour, marker and width of the line of a method, by its place in the legend; the first is the widest."""
-    return {
-        "color": f"C{number}",
-        "marker": _MARKERS[number % len(_MARKERS)],
-        "linewidth": 1.2 if number else 2.2,
-    }
+    marker = _MARKERS[number % len(_MARKERS)]
+    return {"color": f"C{number}", "marker": marker, "linewidth": 1.2 if number else 2.2}

@@ -10,7 +10,6 @@ import torch
 
 from dnf_pyg.evaluate.benchmark.means import (
     complete_methods,
-    mean,
     means,
     mesh_thetas,
     names,
@@ -31,7 +30,7 @@ its vertex update unless stated otherwise. θ of normals: the same for the norma
 E_v: mean distance of the vertices from the clean surface, in mean edge lengths of the clean mesh. Score: 1 for the
 lowest θ (mean of the noise levels) among the methods here on a mesh, 0 for the highest, mean over the meshes
 (Li et al. 2020, Eq. 4). Means are over all noisy meshes; in brackets the number of them where a method lacks some.
-Lowest θ in bold. Seconds: one run each on {threads} thread(s)."""
+Lowest θ in bold. Seconds: one run each on {threads} thread(s). All figures of each mesh are in results.csv."""
 
 
 def write_results(folder: Path, data: str, rows: Sequence[Row], failures: Sequence[Failure], seed: int) -> None:
@@ -45,7 +44,7 @@ def write_results(folder: Path, data: str, rows: Sequence[Row], failures: Sequen
         seed: Seed of the choice of patches.
 
     Raises:
-        MeshFileError: If a file cannot be written.
+        OutputError: If a file cannot be written.
     """
     measured = [row for row in rows if row.vertex_error is not None]
     content = {
@@ -93,7 +92,6 @@ def markdown(title: str, rows: Sequence[Row], failures: Sequence[Failure] = (), 
         "Summary": summary_table(rows),
         "θ, mean of the noise levels": _by_mesh(rows),
         "θ": _by_noisy_mesh(rows),
-        "Details": _details(rows),
         "Methods": _methods(rows),
     }
     return document(title, [_EXPLANATION.format(threads=num_threads)], sections, failures)
@@ -112,7 +110,7 @@ def summary_table(rows: Sequence[Row]) -> str:
     for method in names(with_noisy, "method"):
         count = "" if method in complete else f" ({sum(row.method == method for row in with_noisy)})"
         bold = method in complete and theta[method,] == lowest
-        own = score.get(method, {}).values()
+        own = [*score.get(method, {}).values()]
         lines.append(
             [
                 method,
@@ -121,7 +119,7 @@ def summary_table(rows: Sequence[Row]) -> str:
                 number(theta_normals.get((method,))),
                 number(vertex_error.get((method,)), digits=4),
                 number(seconds.get((method,)), digits=2),
-                number(mean(own)),
+                number(sum(own) / len(own) if own else None),
                 str(sum(value == 1 for value in own)) if method in score else "",
             ]
         )
@@ -146,23 +144,6 @@ def _by_noisy_mesh(rows: Sequence[Row]) -> str:
         for case in dict.fromkeys((row.mesh, row.noise) for row in rows)
     ]
     return markdown_table(["mesh", "noise", "noisy", *methods], lines)
-
-
-def _details(rows: Sequence[Row]) -> str:
-    lines = [
-        [
-            row.mesh,
-            row.noise,
-            str(row.num_faces),
-            row.method,
-            *(number(value) for value in (row.theta_noisy_deg, row.theta_normals_deg, row.theta_deg)),
-            number(row.vertex_error, digits=4),
-            number(row.seconds, digits=2),
-        ]
-        for row in rows
-        if row.vertex_error is not None
-    ]
-    return markdown_table(["mesh", "noise", "faces", "method", "θ noisy", "θ of normals", "θ", "E_v", "seconds"], lines)
 
 
 def _methods(rows: Sequence[Row]) -> str:

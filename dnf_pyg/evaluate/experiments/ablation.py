@@ -4,17 +4,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from dnf_pyg.evaluate.benchmark import (
-    Failure,
-    Row,
-    bold_lowest,
-    csv_table,
-    document,
-    markdown_table,
-    mesh_thetas,
-    number,
-    plot,
-)
+from dnf_pyg.evaluate.benchmark.means import mesh_thetas
+from dnf_pyg.evaluate.benchmark.plots import plot
+from dnf_pyg.evaluate.benchmark.rows import Failure, Row
+from dnf_pyg.evaluate.benchmark.tables import bold_lowest, csv_table, document, markdown_table, number
 from dnf_pyg.io.atomic import write_files
 
 __all__ = ["CASES", "PAPER_MESHES", "Case", "ablation_rows", "write_ablation"]
@@ -116,7 +109,7 @@ def _draw(path: Path, table: Mapping[str, Mapping[str, float | None]]) -> None:
             axes.bar(places, [table[key][mesh] or 0.0 for mesh in meshes], 0.9 * width, label=case.title, zorder=2)
             papers = [case.paper[PAPER_MESHES.index(mesh)] for mesh in meshes]
             label = "the paper" if row == len(CASES) - 1 else ""
-            ends = ([place + side * width / 2 for place in places] for side in (-1, 1))
-            axes.hlines(papers, *ends, "black", zorder=3, label=label)
+            left, right = ([place + side * width / 2 for place in places] for side in (-1, 1))
+            axes.hlines(papers, left, right, "black", zorder=3, label=label)
         axes.set_xticks(range(len(meshes)), meshes)
         axes.set_ylabel("θ of the mesh (degrees)")

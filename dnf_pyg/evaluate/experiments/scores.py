@@ -3,18 +3,10 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from dnf_pyg.evaluate.benchmark import (
-    Row,
-    complete_methods,
-    csv_table,
-    document,
-    draw_scores,
-    markdown_table,
-    mesh_thetas,
-    names,
-    number,
-    scores,
-)
+from dnf_pyg.evaluate.benchmark.means import complete_methods, mesh_thetas, names, scores
+from dnf_pyg.evaluate.benchmark.plots import draw_scores
+from dnf_pyg.evaluate.benchmark.rows import Row
+from dnf_pyg.evaluate.benchmark.tables import csv_table, document, markdown_table, number
 from dnf_pyg.io.atomic import write_files
 
 __all__ = ["write_scores"]

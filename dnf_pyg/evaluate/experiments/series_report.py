@@ -4,20 +4,10 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from dnf_pyg.evaluate.benchmark import (
-    Failure,
-    Row,
-    bold_lowest,
-    csv_table,
-    document,
-    line_style,
-    markdown_table,
-    means,
-    names,
-    noisy_rows,
-    number,
-    plot,
-)
+from dnf_pyg.evaluate.benchmark.means import means, names, noisy_rows
+from dnf_pyg.evaluate.benchmark.plots import line_style, plot
+from dnf_pyg.evaluate.benchmark.rows import Failure, Row
+from dnf_pyg.evaluate.benchmark.tables import bold_lowest, csv_table, document, markdown_table, number
 from dnf_pyg.evaluate.experiments.series import Input, Series
 from dnf_pyg.io.atomic import write_files
 

@@ -1,7 +1,7 @@
 import pytest
 
-from dnf_pyg.evaluate.benchmark import Row, complete_methods, mesh_thetas, noisy_rows, scores, summarize
-from dnf_pyg.evaluate.benchmark.means import mean, means
+from dnf_pyg.evaluate.benchmark.means import complete_methods, means, mesh_thetas, noisy_rows, scores, summarize
+from dnf_pyg.evaluate.benchmark.rows import Row
 
 
 def row(mesh, noise, method, theta, **other):
@@ -34,8 +34,8 @@ def test_means_over_rows_that_agree_in_some_fields():
     assert means(ROWS, "theta_deg", "method") == {("x",): 2.5, ("y",): 4.75, ("z",): 2.5}
     assert means(ROWS, "theta_deg", "mesh", "noise")["a", "n1"] == pytest.approx((1 + 5 + 2.5) / 3)
     assert means([row("a", "n1", "x", 1.0), row("a", "n1", "y", 1.0, seconds=3.0)], "seconds", "mesh") == {("a",): 3.0}
-    assert mean([None, 1.0, 2.0]) == 1.5
-    assert mean([None]) is None
+    assert means(ROWS[:3], "theta_deg") == {(): 2.0}
+    assert means(ROWS, "seconds") == {}
 
 
 def test_noisy_meshes_as_rows():

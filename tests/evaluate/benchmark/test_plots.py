@@ -2,7 +2,8 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 
-from dnf_pyg.evaluate.benchmark import Row, draw_plots, line_style
+from dnf_pyg.evaluate.benchmark.plots import draw_plots, line_style
+from dnf_pyg.evaluate.benchmark.rows import Row
 
 ROWS = [
     Row(mesh, noise, method, theta * level)

@@ -4,16 +4,9 @@ from dataclasses import replace
 
 import pytest
 
-from dnf_pyg.errors import DNFError
-from dnf_pyg.evaluate.benchmark import (
-    Failure,
-    Row,
-    markdown,
-    read_published,
-    read_results,
-    summary_table,
-    write_results,
-)
+from dnf_pyg.errors import OutputError
+from dnf_pyg.evaluate.benchmark.report import markdown, summary_table, write_results
+from dnf_pyg.evaluate.benchmark.rows import Failure, Row, read_published, read_results
 
 ROWS = [
     Row("a", "n1", "net", 1.0, "net()", "", 8, 10.0, 1.5, 0.25, 2.0),
@@ -47,10 +40,8 @@ def test_theta_by_mesh_and_by_noisy_mesh():
     assert lines_of("θ", text)[4] == "| b | n1 | 12.000 | **6.000** |  |"
 
 
-def test_details_and_methods():
+def test_methods():
     text = markdown("Test", ROWS)
-    assert lines_of("Details", text)[2] == "| a | n1 | 8 | net | 10.000 | 1.500 | 1.000 | 0.2500 | 2.00 |"
-    assert len(lines_of("Details", text)) == 5  # own rows only
     assert lines_of("Methods", text) == ["- net: net()", "- peer: from peers.csv"]
 
 
@@ -85,5 +76,5 @@ def test_files_are_read_back(tmp_path):
 
 
 def test_folder_that_is_missing(tmp_path):
-    with pytest.raises(DNFError, match="absent"):
+    with pytest.raises(OutputError, match="absent"):
         write_results(tmp_path / "absent", "test", ROWS, [], 0)

@@ -1,4 +1,5 @@
-from dnf_pyg.evaluate.benchmark import Failure, bold_lowest, csv_table, document, markdown_table, number
+from dnf_pyg.evaluate.benchmark.rows import Failure
+from dnf_pyg.evaluate.benchmark.tables import bold_lowest, csv_table, document, markdown_table, number
 
 
 def test_cells():
