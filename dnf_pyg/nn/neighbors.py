@@ -1,6 +1,7 @@
 """Edges sorted by centre, limited to the nearest faces, or found in feature space."""
 
 from collections.abc import Sequence
+from typing import cast
 
 import torch
 from torch import Tensor
@@ -89,7 +90,8 @@ def edges_per_level(edge_index: Tensor | Sequence[Adj], edge_attr: Tensor | None
                 f"Expected 'edge_index' for each of {len(k)} levels (got {len(edge_index)}). Give one for every level."
             )
         return edge_index
-    return [nearest_edges(edge_index, edge_attr, k_level) for k_level in k]
+    tensor = cast("Tensor", edge_index)
+    return [nearest_edges(tensor, edge_attr, k_level) for k_level in k]
 
 
 def patch_sizes(batch: Tensor | None, num_nodes: int, batch_size: int | None = None) -> list[int]:
