@@ -15,7 +15,7 @@ from dnf_pyg.errors import DataError
 from dnf_pyg.evaluate.baselines import BASELINES
 from dnf_pyg.evaluate.benchmark import ClassicalMethod, Failure, Method, NetworkMethod, Row, RowLog, run_benchmark
 from dnf_pyg.pipeline import denoise
-from dnf_pyg.weights.load import DEFAULT_WEIGHTS, load_network, packaged_weights
+from dnf_pyg.weights import DEFAULT_WEIGHTS, load_network, packaged_weights
 from dnf_pyg.weights.release import fingerprint
 
 __all__ = [
