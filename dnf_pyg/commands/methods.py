@@ -25,7 +25,7 @@ from dnf_pyg.evaluate.benchmark import (
     run_benchmark,
 )
 from dnf_pyg.pipeline import denoise
-from dnf_pyg.weights.load import DEFAULT_WEIGHTS, load_network, packaged_weights
+from dnf_pyg.weights import DEFAULT_WEIGHTS, load_network, packaged_weights
 from dnf_pyg.weights.release import fingerprint
 
 __all__ = [

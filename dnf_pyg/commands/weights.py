@@ -7,7 +7,7 @@ from typing import Any
 
 from dnf_pyg.errors import DataError, WeightsError
 from dnf_pyg.evaluate.benchmark import read_results, summarize
-from dnf_pyg.weights.load import DEFAULT_WEIGHTS, load_network, packaged_weights
+from dnf_pyg.weights import DEFAULT_WEIGHTS, load_network, packaged_weights
 from dnf_pyg.weights.release import Release, fingerprint, read_release, write_release
 
 __all__ = ["add_arguments", "run"]
