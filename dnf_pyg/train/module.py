@@ -75,8 +75,9 @@ class NormalFilteringModule(LightningModule):
         self.scheduler_interval = scheduler_interval
         self.thinning = thinning
         self.parts = dict(parts or {})
-        for name, k in {"thinning": thinning and thinning.k, **{n: p.k for n, p in self.parts.items()}}.items():
-            if k is not None and len(k) != len(net.k):
+        for name, settings in {**self.parts, "thinning": thinning}.items():
+            k = settings and settings.k
+            if k and len(k) != len(net.k):
                 raise ValueError(
                     f"Expected 'k' of '{name}' with {len(net.k)} levels (got {k}). Give one for each level."
                 )
