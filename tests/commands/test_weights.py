@@ -4,8 +4,9 @@ import pytest
 import torch
 
 from dnf_pyg.cli import main
-from dnf_pyg.nn import DNFNet
-from dnf_pyg.weights import load as pretrained
+from dnf_pyg.nn import DNFNet, pretrained
+from dnf_pyg.nn.config import describe_network
+from dnf_pyg.weights import load_network
 from dnf_pyg.weights.release import fingerprint
 
 TEXTS = {"sources.md": "Boxes made in code, CC0.\n", "recipe.yaml": "trainer:\n  max_epochs: 1\n"}
@@ -20,7 +21,7 @@ def net():
 @pytest.fixture
 def checkpoint(net, tmp_path):
     state = {f"net.{key}": value for key, value in net.state_dict().items()}
-    torch.save({"network": net.config, "state_dict": state}, tmp_path / "net.ckpt")
+    torch.save({"network": describe_network(net), "state_dict": state}, tmp_path / "net.ckpt")
     for name, text in TEXTS.items():
         (tmp_path / name).write_text(text)
     return tmp_path / "net.ckpt"
@@ -31,7 +32,7 @@ def packaged(tmp_path, monkeypatch):
     """An empty folder of packaged weights in place of the real one."""
     folder = tmp_path / "weights"
     folder.mkdir()
-    monkeypatch.setattr(pretrained, "_FOLDER", folder)
+    monkeypatch.setattr(pretrained, "_PACKAGED", folder)
     return folder
 
 
@@ -62,7 +63,7 @@ def test_exported_weights_are_listed_with_their_metrics(net, checkpoint, package
     card = (packaged / "boxes" / "README.md").read_text()
     assert TEXTS["sources.md"] in card
     assert f"```yaml\n{TEXTS['recipe.yaml']}```" in card
-    assert fingerprint(pretrained.load_network("boxes")) == fingerprint(net)
+    assert fingerprint(load_network("boxes")) == fingerprint(net)
 
 
 def test_damaged_weights_are_named(checkpoint, packaged, capsys):
