@@ -1,6 +1,6 @@
 """Errors that a user can cause; the command line shows each as one line and exits with 2."""
 
-__all__ = ["DNFError", "DataError", "MeshError", "MeshFileError", "WeightsError"]
+__all__ = ["DNFError", "DataError", "DenoiseWarning", "MeshError", "MeshFileError", "OptionError", "WeightsError"]
 
 
 class DNFError(Exception):
@@ -21,3 +21,11 @@ class WeightsError(DNFError, ValueError):
 
 class DataError(DNFError, ValueError):
     """A training or test data set whose folder or files are not as expected."""
+
+
+class OptionError(DNFError, ValueError):
+    """An option or argument that is unknown, missing or out of its range."""
+
+
+class DenoiseWarning(UserWarning):
+    """A property of the input or the result that makes a denoised mesh less reliable."""
