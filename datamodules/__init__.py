@@ -4,7 +4,7 @@ from dnf_pyg.datamodules.clean_meshes import CleanMeshesDataModule
 from dnf_pyg.datamodules.cnr import CNRDataModule
 from dnf_pyg.datamodules.depth_camera import DepthCameraDataModule
 from dnf_pyg.datamodules.generated import GeneratedDataModule
-from dnf_pyg.datamodules.joint import JointDataModule, Part
+from dnf_pyg.datamodules.joint import JointDataModule
 from dnf_pyg.datamodules.mesh_files import MeshFilesDataModule
 from dnf_pyg.datamodules.options import LoaderOptions
 from dnf_pyg.datamodules.pairs import PairsDataModule
@@ -18,5 +18,4 @@ __all__ = [
     "LoaderOptions",
     "MeshFilesDataModule",
     "PairsDataModule",
-    "Part",
 ]

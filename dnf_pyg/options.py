@@ -9,9 +9,12 @@ from typing import Literal, TypeVar
 
 from dnf_pyg.errors import OptionError
 
-__all__ = ["FAST", "FilterOptions", "UpdateOptions", "check_range", "expert"]
+__all__ = ["DEFAULT_WEIGHTS", "FAST", "FilterOptions", "UpdateOptions", "check_range", "expert"]
 
 T = TypeVar("T")
+
+DEFAULT_WEIGHTS = "best"
+"""Name of the packaged weights that are used if none are given."""
 
 
 def expert(default: T) -> T:

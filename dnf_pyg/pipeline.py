@@ -17,15 +17,16 @@ from torch_geometric.data import Batch
 
 from dnf_pyg.errors import DenoiseWarning, OptionError
 from dnf_pyg.io.inputs import as_input, as_mask, save_mesh
-from dnf_pyg.mesh import boundary_vertices, filled_face_normals, validate_mesh
+from dnf_pyg.mesh import boundary_vertices, validate_mesh
 from dnf_pyg.mesh.geodesic import GROWTHS
 from dnf_pyg.mesh.noise_level import estimate_noise_level
 from dnf_pyg.mesh.topology import Topology
 from dnf_pyg.mesh.vertex_update import flipped_faces, update_vertices, without_flips
 from dnf_pyg.mesh.weld import weld
-from dnf_pyg.nn import DNFNet, spread_neighbors
+from dnf_pyg.nn import FilteringNetwork
+from dnf_pyg.nn.thinning import evenly_spaced_ranks, select_ranks
 from dnf_pyg.options import FAST, FilterOptions, UpdateOptions, check_range
-from dnf_pyg.patches import PatchExtractor, cover, face_surface, patch_to_data
+from dnf_pyg.patches import FaceFeatures, PatchExtractor, cover, patch_to_data
 from dnf_pyg.patches.fusion import FusedNormals, PatchFusion
 from dnf_pyg.progress import Progress, Stopwatch, progress_bar
 from dnf_pyg.weights.load import DEFAULT_WEIGHTS, load_network
@@ -88,7 +89,7 @@ def _cpu_by_default() -> Iterator[None]:
 @_cpu_by_default()
 def denoise(
     mesh: Any,
-    weights: str | Path | DNFNet = DEFAULT_WEIGHTS,
+    weights: str | Path | FilteringNetwork = DEFAULT_WEIGHTS,
     *,
     filtering: FilterOptions = FilterOptions(),
     update: UpdateOptions = UpdateOptions(),
@@ -128,7 +129,7 @@ def denoise(
     check_range("num_passes", num_passes, int, 1, float("inf"))
     watch = Stopwatch()
     source = as_input(mesh)
-    net = weights if isinstance(weights, DNFNet) else load_network(weights)
+    net = weights if isinstance(weights, FilteringNetwork) else load_network(weights)
     validate_mesh(source.pos, source.face)
     movable = as_mask(mask, len(source.pos))
     start, face, vertex_id = weld(source.pos, source.face)
@@ -180,7 +181,7 @@ def denoise(
 @_cpu_by_default()
 @torch.no_grad()
 def filter_normals(
-    net: DNFNet,
+    net: FilteringNetwork,
     pos: Tensor,
     face: Tensor,
     filtering: FilterOptions = FilterOptions(),
@@ -218,18 +219,17 @@ def filter_normals(
     device = torch.device(filtering.device)
     net = _ready(net, device)
     pos = (pos - pos.mean(dim=0)) / topology.mean_edge_length(pos).clamp(min=torch.finfo(pos.dtype).tiny)
-    noisy = filled_face_normals(pos, face).float()
-    surface = face_surface(pos, face) if net.surface else None
+    features = FaceFeatures.from_mesh(pos, face)
     extractor = PatchExtractor(pos, face, GROWTHS[filtering.growth](), filtering.patch_size, max(net.k), topology)
     generator = torch.Generator().manual_seed(filtering.seed)
     patches = cover(extractor, min_coverage=filtering.coverage, generator=generator)
     fusion = PatchFusion(extractor.num_faces)
     while group := list(islice(patches, filtering.batch_size)):
-        batch = Batch.from_data_list([patch_to_data(patch, noisy, surface=surface) for patch in group])
+        batch = Batch.from_data_list([patch_to_data(patch, features) for patch in group])
         watch.lap("patches")
         with torch.autocast(device.type, dtype=torch.bfloat16, enabled=filtering.precision == "bf16"):
             sent = batch.to(device)
-            filtered = net(sent.normal, _edges(sent, net.k, filtering.k), sent.batch, sent.get("surface"))
+            filtered = net(**net.gather(sent, _edges(sent, net.k, filtering.k)))
         watch.lap("network")
         fusion.add(group, filtered.float().cpu())
         progress(int((fusion.coverage >= filtering.coverage).sum()), extractor.num_faces)
@@ -238,7 +238,7 @@ def filter_normals(
     return fusion.result()
 
 
-def _ready(net: DNFNet, device: torch.device) -> DNFNet:
+def _ready(net: FilteringNetwork, device: torch.device) -> FilteringNetwork:
     """The network in evaluation mode on a device: itself, or a copy, so that the caller's is never changed."""
     tensors = [*net.parameters(), *net.buffers()]
     if not any(module.training for module in net.modules()) and all(tensor.device == device for tensor in tensors):
@@ -246,11 +246,12 @@ def _ready(net: DNFNet, device: torch.device) -> DNFNet:
     return copy.deepcopy(net).eval().to(device)
 
 
-def _edges(batch: Batch, k: Sequence[int], wanted: Sequence[int] | None) -> Tensor | list[Tensor]:
-    """Edges for the network: all of them, or those of each level where fewer neighbours are wanted."""
+def _edges(batch: Batch, k: Sequence[int], wanted: Sequence[int] | None) -> list[Tensor] | None:
+    """Edges of each level of the network, if fewer neighbours are wanted than it was trained with."""
     if wanted is None:
-        return batch.edge_index
-    return [spread_neighbors(batch.edge_index, most, min(most, few)) for most, few in zip(k, wanted, strict=True)]
+        return None
+    ranks = (evenly_spaced_ranks(most, min(most, few)) for most, few in zip(k, wanted, strict=True))
+    return [select_ranks(batch.edge_index, batch.edge_attr, level) for level in ranks]
 
 
 def _warnings(noise_level: float, noise_range: tuple[float, float] | None, num_flipped: int) -> list[str]:

@@ -18,7 +18,7 @@ from dnf_pyg.errors import DNFError, MeshFileError, OptionError
 from dnf_pyg.io import find_meshes, read_mesh, write_mesh
 from dnf_pyg.io.atomic import check_writable
 from dnf_pyg.io.selection import read_selection
-from dnf_pyg.nn import DNFNet
+from dnf_pyg.nn import FilteringNetwork
 from dnf_pyg.pipeline import denoise
 from dnf_pyg.progress import progress_bar
 from dnf_pyg.view.report import draw_meshes, write_report
@@ -86,7 +86,7 @@ def _outputs(options: DenoiseOptions) -> tuple[Mapping[Path, Path], bool]:
     return outputs, several
 
 
-def _run_one(path: Path, output: Path, net: DNFNet, options: DenoiseOptions, place: str) -> None:
+def _run_one(path: Path, output: Path, net: FilteringNetwork, options: DenoiseOptions, place: str) -> None:
     start = time.perf_counter()
     check_output(output, overwrite=options.overwrite)
     for target, suffixes in ((options.picture, (".png",)), (options.report, (".html", ".htm"))):

@@ -3,7 +3,7 @@
 from dataclasses import KW_ONLY, dataclass, field
 from pathlib import Path
 
-from dnf_pyg.options import FilterOptions, UpdateOptions, check_range, expert
+from dnf_pyg.options import DEFAULT_WEIGHTS, FilterOptions, UpdateOptions, check_range, expert
 
 __all__ = [
     "AblationOptions",
@@ -52,7 +52,7 @@ class MethodOptions(EvaluationOptions):
         filter_iterations: Iterations of the vertex update after a classical filter.
     """
 
-    weights: tuple[str, ...] = field(default=("best",), metadata={"metavar": "[TITLE=]WEIGHTS"})
+    weights: tuple[str, ...] = field(default=(DEFAULT_WEIGHTS,), metadata={"metavar": "[TITLE=]WEIGHTS"})
     baselines: tuple[str, ...] = field(
         default=("BNF", "GNF"), metadata={"metavar": "NAME", "choices": "dnf_pyg.evaluate.baselines:BASELINES"}
     )

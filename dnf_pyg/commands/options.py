@@ -7,7 +7,7 @@ commands work with, so that the help and errors of the command line appear at on
 from dataclasses import KW_ONLY, dataclass, field
 from pathlib import Path
 
-from dnf_pyg.options import FAST, FilterOptions, UpdateOptions, check_range, expert
+from dnf_pyg.options import DEFAULT_WEIGHTS, FAST, FilterOptions, UpdateOptions, check_range, expert
 
 __all__ = [
     "AddNoiseOptions",
@@ -53,7 +53,7 @@ class DenoiseOptions:
     _: KW_ONLY
     output: Path | None = None
     overwrite: bool = False
-    weights: str = "best"
+    weights: str = DEFAULT_WEIGHTS
     fast: bool = field(default=False, metadata={"preset": FAST})
     update: UpdateOptions = UpdateOptions()
     num_passes: int = 1
@@ -96,7 +96,7 @@ class PredictOptions:
     _: KW_ONLY
     output: Path
     overwrite: bool = False
-    weights: str = "best"
+    weights: str = DEFAULT_WEIGHTS
     fast: bool = field(default=False, metadata={"preset": FAST})
     update: UpdateOptions = UpdateOptions()
     num_passes: int = 1

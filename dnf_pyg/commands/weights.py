@@ -3,7 +3,8 @@
 from dnf_pyg.commands.options import WeightsOptions
 from dnf_pyg.commands.terminal import tell
 from dnf_pyg.errors import WeightsError
-from dnf_pyg.weights.release import DEFAULT_WEIGHTS, Release, packaged_releases
+from dnf_pyg.options import DEFAULT_WEIGHTS
+from dnf_pyg.weights.release import Release, packaged_releases
 
 __all__ = ["release_lines", "run"]
 

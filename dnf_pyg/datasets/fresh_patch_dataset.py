@@ -6,9 +6,9 @@ from torch import Tensor
 from torch_geometric.data import Data
 
 from dnf_pyg.datasets.mesh_dataset import Arrays, MeshDataset
-from dnf_pyg.mesh import DijkstraGrowth, FacetGraph, Growth, filled_face_normals
+from dnf_pyg.mesh import DijkstraGrowth, FacetGraph, Growth
 from dnf_pyg.mesh.geodesic import BoundDijkstra
-from dnf_pyg.patches.patch import PatchExtractor, face_surface, patch_to_data
+from dnf_pyg.patches.patch import FaceFeatures, PatchExtractor, patch_to_data
 
 __all__ = ["FreshPatchDataset"]
 
@@ -38,7 +38,7 @@ class FreshPatchDataset(MeshDataset):
         pos, face, member = self._region(entry, wider.numpy(), mesh, generator)
         patch = self._extractor(pos, face).extract(0)
         clean_normal = torch.from_numpy(entry["clean_normal"][member.numpy()])
-        data = patch_to_data(patch, filled_face_normals(pos, face), clean_normal, face_surface(pos, face))
+        data = patch_to_data(patch, FaceFeatures.from_mesh(pos, face), clean_normal)
         data.face_id = member[data.face_id]
         return data
 

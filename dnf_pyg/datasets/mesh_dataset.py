@@ -19,7 +19,7 @@ from dnf_pyg.io import read_mesh
 from dnf_pyg.mesh import DijkstraGrowth, Growth, filled_face_normals, mean_edge_length
 from dnf_pyg.mesh.noise import Noise
 from dnf_pyg.patches.options import PatchOptions
-from dnf_pyg.patches.patch import PatchExtractor, face_surface
+from dnf_pyg.patches.patch import FaceFeatures, PatchExtractor
 from dnf_pyg.patches.seeds import AnisotropicSeeds
 
 __all__ = ["Arrays", "MeshDataset"]
@@ -151,8 +151,8 @@ class MeshDataset(Dataset, ABC):
             arrays["ptr"] = extractor.graph.ptr
             arrays["neighbor"] = extractor.graph.neighbor
         else:
-            arrays["normal"] = normal.float().numpy()
-            arrays["surface"] = face_surface(mesh.pos - mesh.pos.mean(dim=0), mesh.face).float().numpy()
+            features = FaceFeatures.from_mesh(mesh.pos - mesh.pos.mean(dim=0), mesh.face)
+            arrays |= {name: value.float().numpy() for name, value in features._asdict().items()}
         write_entry(Path(self.processed_paths[row]), arrays)
 
     def _extractor(self, pos: Tensor, face: Tensor) -> PatchExtractor:

@@ -6,8 +6,7 @@ from torch import Tensor
 from torch_geometric.data import Data
 
 from dnf_pyg.datasets.mesh_dataset import Arrays, MeshDataset
-from dnf_pyg.mesh import filled_face_normals
-from dnf_pyg.patches.patch import Patch, PatchExtractor, face_surface, patch_to_data
+from dnf_pyg.patches.patch import FaceFeatures, Patch, PatchExtractor, patch_to_data
 
 __all__ = ["PatchDataset"]
 
@@ -30,14 +29,14 @@ class PatchDataset(MeshDataset):
         face_id = entry["face_id"][row, :size].astype(np.int64)
         if self._needs_mesh(mesh):
             pos, face, _ = self._region(entry, face_id, mesh, self._generator(idx))
-            normal, surface = filled_face_normals(pos, face)[:size], face_surface(pos, face)[:size]
+            features = FaceFeatures.from_mesh(pos, face)
         else:
-            normal, surface = (torch.from_numpy(entry[name][face_id]) for name in ("normal", "surface"))
+            features = FaceFeatures(*(torch.from_numpy(entry[name][face_id]) for name in FaceFeatures._fields))
         neighbor = torch.from_numpy(entry["nearest"][row, :size, :size].astype(np.int64))
         distance = torch.from_numpy(entry["distance"][row, :size].copy())
         clean_normal = torch.from_numpy(entry["clean_normal"][face_id])
         rows = torch.arange(size, device="cpu")
-        data = patch_to_data(Patch(rows, neighbor, distance), normal, clean_normal, surface)
+        data = patch_to_data(Patch(rows, neighbor, distance), features, clean_normal)
         data.face_id = torch.from_numpy(face_id)
         return data
 

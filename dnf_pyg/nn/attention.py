@@ -60,7 +60,7 @@ class ChannelAttention(Module):
             module.reset_parameters()
 
     def forward(self, x: Tensor, batch: Tensor | None = None, batch_size: int | None = None) -> Tensor:
-        """Weight the channels; ``batch_size`` saves a look at ``batch``."""
+        """Weight the channels; ``batch_size`` avoids computing the number of patches."""
         if x.size(-1) != self.channels:
             raise ValueError(f"Expected 'x' of shape [num_faces, {self.channels}] (got {list(x.shape)})")
         if batch is None:

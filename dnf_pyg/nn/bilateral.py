@@ -22,22 +22,21 @@ class JointBilateralConv(MessagePassing):
                              -\Vert \mathbf{q}_i - \mathbf{q}_j \Vert^2 \right)
 
     with the tolerance :math:`\sigma_i` and the guidance :math:`\mathbf{q}_i` read from the features of face i, and the
-    area :math:`a_j` of face j where that is given. The weights are found once, so an iteration costs a sparse product.
-    On flat parts it reaches the accuracy of averaging over many faces, which a maximum over few cannot; a small
-    :math:`\sigma_i` leaves a face alone.
+    area :math:`a_j` of face j if given. The weights are computed once, so an iteration costs one sparse product.
+    On flat parts, iterating averages over many faces, with an accuracy that a max over few neighbours cannot match; a
+    small :math:`\sigma_i` leaves a face unchanged.
     Source: Zheng et al. 2011 (bilateral normal filtering). Differs: the weights are learned.
 
     Args:
         in_channels: Features per face.
         guidance_channels: Size of :math:`\mathbf{q}`.
         num_iterations: Number of iterations.
-        k: Use the first ``k`` edges of each centre only; all if ``None``.
 
     Shapes:
         - **normal:** :math:`(F, 3)`, unit length
         - **x:** :math:`(F, C)`
-        - **edge_index:** :math:`(2, E)`, neighbour (row 0) to centre (row 1), nearest first, the face itself among them
-        - **area:** :math:`(F, 1)`, any unit; all alike if ``None``
+        - **edge_index:** :math:`(2, E)`, neighbour (row 0) to centre (row 1), the face itself among them
+        - **area:** :math:`(F, 1)`, any unit; equal areas if ``None``
         - **output:** :math:`(F, 3)`, unit length; the input for a face without neighbours
 
     Example:
@@ -47,14 +46,11 @@ class JointBilateralConv(MessagePassing):
         True
     """
 
-    def __init__(
-        self, in_channels: int, guidance_channels: int = 16, num_iterations: int = 12, k: int | None = None
-    ) -> None:
+    def __init__(self, in_channels: int, guidance_channels: int = 16, num_iterations: int = 12) -> None:
         super().__init__(aggr="sum")
         self.in_channels = in_channels
         self.guidance_channels = guidance_channels
         self.num_iterations = num_iterations
-        self.k = k
         self.guidance = Linear(in_channels, guidance_channels)
         self.sharpness = Linear(in_channels, 1)
         self.reset_parameters()
@@ -71,7 +67,7 @@ class JointBilateralConv(MessagePassing):
         """Filter the normals; in full precision, since bf16 directions are a quarter of a degree apart."""
         with torch.autocast(normal.device.type, enabled=False):
             x = x.to(self.guidance.weight.dtype)
-            edges = sort_by_center(edge_index, (normal.size(0), normal.size(0)), self.k)
+            edges = sort_by_center(edge_index, (normal.size(0), normal.size(0)))
             weight = self.edge_updater(edges, normal=normal, guidance=self.guidance(x), sharpness=self.sharpness(x))
             if area is not None:
                 weight = weight * area[edges[0]]
@@ -91,4 +87,4 @@ class JointBilateralConv(MessagePassing):
         return weight * normal_j
 
     def __repr__(self) -> str:
-        return f"{self.__class__.__name__}({self.in_channels}, num_iterations={self.num_iterations}, k={self.k})"
+        return f"{self.__class__.__name__}({self.in_channels}, num_iterations={self.num_iterations})"

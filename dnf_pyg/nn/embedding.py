@@ -9,16 +9,17 @@ from torch_geometric.nn import MLP
 from torch_geometric.typing import Adj
 
 from dnf_pyg.nn.attention import ChannelAttention
-from dnf_pyg.nn.grouping import FeatureGroupingConv, NormalGroupingConv, SurfaceGroupingConv
+from dnf_pyg.nn.grouping import FeatureGroupingConv, GroupingConv, NormalGroupingConv
+from dnf_pyg.nn.neighbors import edges_per_level
 
 __all__ = ["MultiScaleEmbedding"]
 
 
 class MultiScaleEmbedding(Module):
-    r"""Embed facet normals with growing neighbourhoods and fuse what all levels found.
+    r"""Embed facet normals over growing neighbourhoods and fuse the features of all levels.
 
     Level :math:`l` groups the :math:`k_l` nearest faces (normals on the first level, features above) and weights its
-    channels by attention over the patch; one layer fuses the normals and all levels.
+    channels by attention over the patch. One layer fuses the normals and the features of all levels.
     Source: Li et al. 2020, Sec. 3.3.1 and Fig. 5.
 
     Args:
@@ -26,22 +27,23 @@ class MultiScaleEmbedding(Module):
         channels: Features per face after each level.
         out_channels: Features per face after fusing.
         subtract: Group differences of features on the levels above the first (the paper's Table 1 has it without).
-        surface: Every level sees where the neighbours lie (:class:`~dnf_pyg.nn.SurfaceGroupingConv`), the first one
-            areas as well. Differs: the paper has normals alone.
+        in_channels: Features per face on input; 3 for facet normals.
 
     Shapes:
-        - **normal:** :math:`(F, 3)`
-        - **edge_index:** :math:`(2, E)`, neighbour (row 0) to centre (row 1), nearest first; or one per level
+        - **x:** :math:`(F, C_{in})`
+        - **edge_index:** :math:`(2, E)`, neighbour (row 0) to centre (row 1); or a list with the edges of each level
+        - **edge_attr:** :math:`(E)`, rank of the neighbour, 0 for the face itself; not needed with a list of edges
         - **batch:** :math:`(F)`, patch of each face, sorted; one patch if ``None``
-        - **surface:** :math:`(F, 4)`, place and relative size as :func:`~dnf_pyg.nn.surface.patch_surface` gives them
         - **output:** :math:`(F, C_{out})`
 
     Raises:
-        ValueError: If ``k`` and ``channels`` differ in length, or ``edge_index`` is a list of another length.
+        ValueError: If ``k`` and ``channels`` differ in length, ``edge_attr`` is missing, or ``edge_index`` is a list of
+            another length.
 
     Example:
         >>> embedding = MultiScaleEmbedding(k=(1, 2), channels=(8, 16), out_channels=4)
-        >>> embedding(torch.randn(3, 3), torch.tensor([[0, 1, 1, 0, 2, 1], [0, 0, 1, 1, 2, 2]])).shape
+        >>> edge_index, rank = torch.tensor([[0, 1, 1, 0, 2, 1], [0, 0, 1, 1, 2, 2]]), torch.tensor([0, 1, 0, 1, 0, 1])
+        >>> embedding(torch.randn(3, 3), edge_index, rank).shape
         torch.Size([3, 4])
     """
 
@@ -51,21 +53,25 @@ class MultiScaleEmbedding(Module):
         channels: Sequence[int] = (64, 128, 256),
         out_channels: int = 128,
         subtract: bool = True,
-        surface: bool = False,
+        in_channels: int = 3,
     ) -> None:
         super().__init__()
         if len(k) != len(channels):
-            raise ValueError(f"Expected 'k' and 'channels' of equal length (got {list(k)} and {list(channels)})")
-        sizes = [4 if surface else 3, *channels]
-        deeper = FeatureGroupingConv if subtract else NormalGroupingConv
-        layers = [SurfaceGroupingConv] * len(k) if surface else [NormalGroupingConv] + [deeper] * (len(k) - 1)
-        place = 3 if surface else 0
-        self.convs = ModuleList(
-            layer(size + place, channel, k=k_level)
-            for layer, size, channel, k_level in zip(layers, sizes[:-1], channels, k, strict=True)
-        )
-        self.attentions = ModuleList(ChannelAttention(c) for c in channels)
+            raise ValueError(
+                f"Expected 'k' and 'channels' of equal length (got {list(k)} and {list(channels)}). Give one number of "
+                "each for every level."
+            )
+        self.k = tuple(k)
+        self.subtract = subtract
+        sizes = [in_channels, *channels]
+        self.convs = ModuleList(self.make_conv(level, *sizes[level : level + 2]) for level in range(len(k)))
+        self.attentions = ModuleList(ChannelAttention(size) for size in channels)
         self.fuse = MLP([sum(sizes), out_channels], plain_last=False, norm_kwargs={"allow_single_element": True})
+
+    def make_conv(self, level: int, in_channels: int, out_channels: int) -> GroupingConv:
+        """Make the grouping layer of a level."""
+        layer = FeatureGroupingConv if level > 0 and self.subtract else NormalGroupingConv
+        return layer(in_channels, out_channels)
 
     def reset_parameters(self) -> None:
         """Draw new weights."""
@@ -74,18 +80,15 @@ class MultiScaleEmbedding(Module):
 
     def forward(
         self,
-        normal: Tensor,
+        x: Tensor,
         edge_index: Adj | Sequence[Adj],
+        edge_attr: Tensor | None = None,
         batch: Tensor | None = None,
         batch_size: int | None = None,
-        surface: Tensor | None = None,
     ) -> Tensor:
-        """Embed each face; ``batch_size`` saves a look at ``batch``."""
-        per_level = edge_index if isinstance(edge_index, list | tuple) else [edge_index] * len(self.convs)
-        if len(per_level) != len(self.convs):
-            raise ValueError(f"Expected 'edge_index' for each of {len(self.convs)} levels (got {len(per_level)})")
-        levels = [normal if surface is None else torch.cat([normal, surface[:, 3:]], dim=-1)]
-        for conv, attention, edges in zip(self.convs, self.attentions, per_level, strict=True):
-            x = levels[-1] if surface is None else torch.cat([levels[-1], surface[:, :3]], dim=-1)
-            levels.append(attention(conv(x, edges), batch, batch_size))
+        """Embed each face; ``batch_size`` avoids computing the number of patches."""
+        levels = [x]
+        edges = edges_per_level(edge_index, edge_attr, self.k)
+        for conv, attention, level_edges in zip(self.convs, self.attentions, edges, strict=True):
+            levels.append(attention(conv(levels[-1], level_edges), batch, batch_size))
         return self.fuse(torch.cat(levels, dim=-1))

@@ -6,7 +6,7 @@ from torch_geometric.index import index2ptr
 
 from dnf_pyg.nn.kernels.segment import segment_sum
 
-__all__ = ["in_frame", "patch_frames"]
+__all__ = ["in_frame", "out_of_frame", "patch_frames"]
 
 
 @torch.no_grad()
@@ -20,7 +20,7 @@ def patch_frames(normal: Tensor, batch: Tensor | None = None, batch_size: int | 
     Args:
         normal: Facet normals, shape (F, 3).
         batch: Patch of each face, sorted, shape (F,); one patch if ``None``.
-        batch_size: Number of patches P; saves a look at ``batch``.
+        batch_size: Number of patches P; computed if not given.
 
     Returns:
         Orthonormal axes in the columns, shape (P, 3, 3); no gradient flows through them.
@@ -51,3 +51,13 @@ def in_frame(vector: Tensor, frame: Tensor) -> Tensor:
         tensor([[3., 2., 1.]])
     """
     return (vector.unsqueeze(2) * frame).sum(dim=1)
+
+
+def out_of_frame(vector: Tensor, frame: Tensor) -> Tensor:
+    """Turn vectors that are written in the axes of a frame back; the inverse of :func:`in_frame`.
+
+    Example:
+        >>> out_of_frame(torch.tensor([[3.0, 2.0, 1.0]]), torch.eye(3).flip(1).unsqueeze(0))
+        tensor([[1., 2., 3.]])
+    """
+    return (frame * vector.unsqueeze(1)).sum(dim=2)

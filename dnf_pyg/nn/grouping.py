@@ -11,7 +11,7 @@ from torch_geometric.typing import Adj, OptPairTensor
 
 from dnf_pyg.nn.kernels.edge_mlp import folded_edge_max, normalized_edge_max
 from dnf_pyg.nn.kernels.rows import Rows
-from dnf_pyg.nn.neighbors import first_of_equal_rows, sort_by_center
+from dnf_pyg.nn.neighbors import sort_by_center
 
 __all__ = ["FeatureGroupingConv", "NormalGroupingConv", "SurfaceGroupingConv"]
 
@@ -19,21 +19,28 @@ __all__ = ["FeatureGroupingConv", "NormalGroupingConv", "SurfaceGroupingConv"]
 class GroupingConv(MessagePassing):
     r"""Base of the grouping convolutions: the max over edges of an MLP whose first linear layer is split.
 
-    A subclass says how, in ``split_first_linear``. Arguments, shapes and errors as in :class:`NormalGroupingConv`.
+    Subclasses implement :meth:`split_first_linear`. Arguments, shapes and errors are those of
+    :class:`NormalGroupingConv`.
     """
 
     SUPPORTS_FUSED_EDGE_INDEX: Final = True
 
     def __init__(
-        self, in_channels: int, out_channels: int, hidden_channels: Sequence[int] | None = None, k: int | None = None
+        self,
+        in_channels: int | tuple[int, int],
+        out_channels: int,
+        hidden_channels: Sequence[int] | None = None,
     ) -> None:
         super().__init__(aggr="max")
-        if k is not None and k < 1:
-            raise ValueError(f"Expected 'k' to be positive (got {k})")
-        self.in_channels = in_channels
+        sizes = {in_channels} if isinstance(in_channels, int) else set(in_channels)
+        if len(sizes) > 1:
+            raise ValueError(
+                f"Expected 'in_channels' alike for neighbours and centres (got {in_channels}). The message MLP "
+                "compares their features."
+            )
+        self.in_channels = sizes.pop()
         self.out_channels = out_channels
         self.hidden_channels = [out_channels // 2] * 2 if hidden_channels is None else list(hidden_channels)
-        self.k = k
         self.mlp = MLP(
             [self.message_channels, *self.hidden_channels, out_channels],
             plain_last=False,
@@ -42,7 +49,7 @@ class GroupingConv(MessagePassing):
 
     @property
     def message_channels(self) -> int:
-        """Numbers that the MLP takes per edge."""
+        """Number of features that the MLP takes per edge."""
         return 2 * self.in_channels
 
     def reset_parameters(self) -> None:
@@ -55,19 +62,20 @@ class GroupingConv(MessagePassing):
         x_src, x_dst = (x, x) if isinstance(x, Tensor) else x
         for value in (x_src, x_dst):
             if value.size(-1) != self.in_channels:
-                raise ValueError(f"Expected 'x' of shape [num_faces, {self.in_channels}] (got {list(value.shape)})")
+                raise ValueError(
+                    f"Expected 'x' of shape [num_faces, {self.in_channels}] (got {list(value.shape)}). Change "
+                    "'in_channels' or the features."
+                )
         u, v = self.split_first_linear(x_src, x_dst)
         size = (x_src.size(0), x_dst.size(0))
-        if torch.compiler.is_compiling():
-            edge_index = first_of_equal_rows(edge_index, size[1], self.k)
-        elif not self.explain:
-            edge_index = sort_by_center(edge_index, size, self.k)
+        if not self.explain and not torch.compiler.is_compiling():
+            edge_index = sort_by_center(edge_index, size)
             if not self._can_fuse(edge_index):
                 edge_index = edge_index.as_tensor()
         return self.propagate(edge_index, u=(None, u), v=(v, None), size=size)
 
     def _can_fuse(self, edge_index: EdgeIndex) -> bool:
-        """Whether all layers train on the statistics of several edges, or none does and no gradient is asked for."""
+        """Whether the kernels apply: all norms train on several edges, or none trains and no gradient is needed."""
         training = [norm.module.training for norm in self.mlp.norms]
         if len(training) == 1 or edge_index.size(1) == 0:
             return False
@@ -93,7 +101,7 @@ class GroupingConv(MessagePassing):
     def __repr__(self) -> str:
         return (
             f"{self.__class__.__name__}({self.in_channels}, {self.out_channels}, "
-            f"hidden_channels={self.hidden_channels}, k={self.k})"
+            f"hidden_channels={self.hidden_channels})"
         )
 
 
@@ -103,29 +111,27 @@ class NormalGroupingConv(GroupingConv):
     .. math::
         \mathbf{x}'_i = \max_{j \in \mathcal{N}(i)} h_{\Theta}(\mathbf{x}_i \Vert \mathbf{x}_j)
 
-    with a shared MLP :math:`h_{\Theta}`, batch normalization and ReLU after each of its linear layers. The first linear
-    layer is split over source and target, two products per face and none per edge. The rest runs in blocks of centres
-    (:mod:`~dnf_pyg.nn.kernels.recompute` in training, :mod:`~dnf_pyg.nn.kernels.fused` in evaluation under
-    ``torch.no_grad()``); in evaluation with gradients, in ``explain`` and inside ``torch.compile`` it is ordinary
-    message passing.
+    with a shared MLP :math:`h_{\Theta}`, batch normalization and ReLU after each of its linear layers.
+    :class:`FeatureGroupingConv` equals :class:`torch_geometric.nn.EdgeConv` with this MLP. It is faster because the
+    first linear layer is split into a term per centre and a term per neighbour (two products per face and none per
+    edge), and because the rest of the MLP and the max run in blocks of centres that fit the cache
+    (:mod:`dnf_pyg.nn.kernels`). With gradients in evaluation mode, in ``explain`` and inside ``torch.compile``, the
+    layer is ordinary message passing.
     Source: Li et al. 2020, Sec. 3.3.1 (normal grouping layer, feature extraction layer).
 
     Args:
-        in_channels: Features per face on input; 3 for facet normals.
+        in_channels: Features per face on input (3 for facet normals), or that number for neighbours and centres.
         out_channels: Features per face on output.
         hidden_channels: Width of each hidden layer; two layers of half of ``out_channels`` if ``None``.
-        k: Use the first ``k`` edges of each centre only; all if ``None``. A centre with fewer uses what it has.
 
     Shapes:
         - **x:** :math:`(F, C_{in})`, or a pair :math:`(F_s, C_{in}), (F_t, C_{in})` of neighbours and centres
-        - **edge_index:** :math:`(2, E)`, neighbour (row 0) to centre (row 1), any order, any degree; an
-          :class:`~torch_geometric.EdgeIndex` or a sparse matrix of shape :math:`(F_t, F_s)` as well. With ``k``, the
-          edges of a centre are listed nearest first. Inside ``torch.compile`` with ``k``, edges are sorted by centre
-          and equally many at each.
+        - **edge_index:** :math:`(2, E)`, neighbour (row 0) to centre (row 1), any order, any degree; also an
+          :class:`~torch_geometric.EdgeIndex` or a sparse matrix of shape :math:`(F_t, F_s)`
         - **output:** :math:`(F_t, C_{out})`; zeros for a face without neighbours
 
     Raises:
-        ValueError: If ``x`` does not have ``in_channels`` columns, or ``k`` is not positive.
+        ValueError: If ``x`` does not have ``in_channels`` columns, or ``in_channels`` is a pair of two numbers.
 
     Example:
         >>> conv = NormalGroupingConv(3, 16)
@@ -141,16 +147,16 @@ class NormalGroupingConv(GroupingConv):
 
 
 class FeatureGroupingConv(GroupingConv):
-    r"""Embed each face from its own features and how its neighbours differ from it.
+    r"""Embed each face from its own features and their differences to its neighbours'.
 
     .. math::
         \mathbf{x}'_i = \max_{j \in \mathcal{N}(i)} h_{\Theta}(\mathbf{x}_i \Vert \mathbf{x}_j - \mathbf{x}_i)
 
-    Shapes, errors and the other arguments as in :class:`NormalGroupingConv`.
+    Arguments, shapes and errors are those of :class:`NormalGroupingConv`.
     Source: Li et al. 2020, Sec. 3.3.1 (feature grouping layer, feature extraction layer).
 
     Example:
-        >>> conv = FeatureGroupingConv(64, 128, k=1)
+        >>> conv = FeatureGroupingConv(64, 128)
         >>> conv(torch.randn(4, 64), torch.tensor([[1, 2, 0], [0, 0, 1]])).shape
         torch.Size([4, 128])
     """
@@ -163,17 +169,17 @@ class FeatureGroupingConv(GroupingConv):
 
 
 class SurfaceGroupingConv(GroupingConv):
-    r"""Embed each face from its own features, how its neighbours differ from it, and where these lie.
+    r"""Embed each face from its features, their differences to its neighbours', and where these lie.
 
     .. math::
         \mathbf{x}'_i = \max_{j \in \mathcal{N}(i)}
             h_{\Theta}(\mathbf{x}_i \Vert \mathbf{x}_j - \mathbf{x}_i \Vert \mathbf{c}_j - \mathbf{c}_i)
 
-    Places count by their difference alone, so the result does not change when the mesh is moved; their origin should
-    be near, since bf16 leaves little of differences between large numbers.
-    Shapes, errors and the other arguments as in :class:`NormalGroupingConv`; the last three columns of ``x``, which
-    ``in_channels`` counts, are the place :math:`\mathbf{c}`.
-    Differs: the paper groups normals alone.
+    Only differences of places enter, so the result does not change when the mesh is moved. Their origin should be
+    near, since bf16 keeps few digits of the difference of two large numbers. The last three columns of ``x``, which
+    ``in_channels`` counts, are the place :math:`\mathbf{c}`. Shapes, errors and the other arguments are those of
+    :class:`NormalGroupingConv`.
+    Differs: the paper groups normals and features alone.
 
     Example:
         >>> conv = SurfaceGroupingConv(3 + 1 + 3, 16)
@@ -183,12 +189,12 @@ class SurfaceGroupingConv(GroupingConv):
 
     @property
     def message_channels(self) -> int:
-        """Numbers that the MLP takes per edge."""
+        """Number of features that the MLP takes per edge."""
         return 2 * self.in_channels - 3
 
     def split_first_linear(self, x_src: Tensor, x_dst: Tensor) -> tuple[Tensor, Tensor]:
         """First linear layer of the MLP, split into a term per centre and a term per neighbour."""
         lin = self.mlp.lins[0]
         own, difference = lin.weight.split([self.in_channels - 3, self.in_channels], dim=1)
-        own = torch.nn.functional.pad(own, (0, 3))  # a place of its own does not count
+        own = torch.nn.functional.pad(own, (0, 3))  # only differences of places enter
         return torch.addmm(lin.bias, x_dst, (own - difference).t()), x_src @ difference.t()

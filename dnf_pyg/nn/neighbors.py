@@ -1,4 +1,6 @@
-"""Edges of each centre in one run: sorted, cut to the nearest ones, or found in feature space."""
+"""Edges sorted by centre, limited to the nearest faces, or found in feature space."""
+
+from collections.abc import Sequence
 
 import torch
 from torch import Tensor
@@ -7,26 +9,22 @@ from torch_geometric.index import index2ptr
 from torch_geometric.typing import Adj
 from torch_geometric.utils import is_sparse, to_edge_index
 
-__all__ = ["feature_neighbors", "first_of_equal_rows", "patch_sizes", "sort_by_center"]
+__all__ = ["edges_per_level", "feature_neighbors", "nearest_edges", "patch_sizes", "sort_by_center"]
 
 
-def sort_by_center(edge_index: Adj, size: tuple[int, int], k: int | None = None) -> EdgeIndex:
-    """Bring edges into runs of equal centre, and keep the first ``k`` of each run.
-
-    Within a run the order given stays, so that edges listed nearest first keep the nearest.
+def sort_by_center(edge_index: Adj, size: tuple[int, int]) -> EdgeIndex:
+    """Sort edges by their centre.
 
     Args:
         edge_index: Neighbour (row 0) to centre (row 1), shape (2, E), or a sparse matrix (centres by neighbours).
-        size: Number of neighbours to choose from and number of centres.
-        k: Edges to keep per centre; all if ``None``. A shorter run stays whole.
+        size: Number of possible neighbours and number of centres.
 
     Returns:
         The edges, sorted by column, with their pointer (number of centres + 1,) in the cache.
 
     Example:
-        >>> edge_index = torch.tensor([[1, 2, 0, 0], [0, 1, 0, 1]])
-        >>> sort_by_center(edge_index, size=(3, 2), k=1).tolist()
-        [[1, 2], [0, 1]]
+        >>> sort_by_center(torch.tensor([[1, 2, 0, 0], [0, 1, 0, 1]]), size=(3, 2)).tolist()
+        [[1, 0, 2, 0], [0, 0, 1, 1]]
     """
     if is_sparse(edge_index):
         edge_index = to_edge_index(edge_index)[0].flip(0)
@@ -36,36 +34,62 @@ def sort_by_center(edge_index: Adj, size: tuple[int, int], k: int | None = None)
     if not bool((center[1:] >= center[:-1]).all()):
         center, order = center.sort(stable=True)
         neighbor = neighbor[order]
-    ptr = index2ptr(center, size[1])
-    degree = ptr.diff()
-    if k is not None and bool((degree > k).any()):
-        keep = torch.arange(center.numel(), device=center.device) - ptr[center] < k
-        neighbor, center = neighbor[keep], center[keep]
-        ptr = torch.cat([ptr[:1], degree.clamp(max=k).cumsum(0)])
     out = EdgeIndex(torch.stack([neighbor, center]), sparse_size=size, sort_order="col")
-    out._indptr = ptr
+    out._indptr = index2ptr(center, size[1])
     return out
 
 
-def first_of_equal_rows(edge_index: Tensor, num_centers: int, k: int | None = None) -> Tensor:
-    """Keep the first ``k`` edges of each centre where all centres have equally many, without looking at the values.
+def nearest_edges(edge_index: Tensor, edge_attr: Tensor | None, k: int) -> Tensor:
+    """Keep the edges to the ``k`` nearest faces of each centre.
 
     Args:
-        edge_index: Edges sorted by centre, the same number for each, shape (2, num_centers * K).
-        num_centers: Number of centres.
-        k: Edges to keep per centre; all if ``None``.
+        edge_index: Neighbour (row 0) to centre (row 1), in any order, shape (2, E).
+        edge_attr: Rank of the neighbour among the nearest faces of its centre, 0 for the face itself, shape (E,).
+        k: Neighbours to keep per centre. A centre with fewer keeps them all.
 
     Returns:
-        The kept edges, shape (2, num_centers * min(k, K)).
+        The kept edges, in their order.
+
+    Raises:
+        ValueError: If ``edge_attr`` is not one rank per edge.
 
     Example:
-        >>> first_of_equal_rows(torch.tensor([[0, 1, 1, 0], [0, 0, 1, 1]]), num_centers=2, k=1).tolist()
+        >>> edge_index, rank = torch.tensor([[0, 1, 1, 0], [0, 0, 1, 1]]), torch.tensor([0, 1, 0, 1])
+        >>> nearest_edges(edge_index, rank, k=1).tolist()
         [[0, 1], [0, 1]]
     """
-    if k is None:
+    if edge_attr is None or edge_attr.shape != edge_index.shape[1:]:
+        got = None if edge_attr is None else list(edge_attr.shape)
+        raise ValueError(
+            f"Expected 'edge_attr' of shape [{edge_index.size(1)}], the rank of each neighbour (got {got}). Pass "
+            "`data.edge_attr` of a patch."
+        )
+    return edge_index[:, edge_attr < k]
+
+
+def edges_per_level(edge_index: Adj | Sequence[Adj], edge_attr: Tensor | None, k: Sequence[int]) -> Sequence[Adj]:
+    """Select the edges of each level: those to the ``k`` nearest faces, or the ones that are given level by level.
+
+    Args:
+        edge_index: Neighbour (row 0) to centre (row 1), shape (2, E), or a list with the edges of each level.
+        edge_attr: Rank of each neighbour, shape (E,); ignored with a list of edges.
+        k: Neighbours per face on each level.
+
+    Raises:
+        ValueError: If ``edge_attr`` does not fit ``edge_index``, or the list has another length than ``k``.
+
+    Example:
+        >>> edge_index, rank = torch.tensor([[0, 1], [0, 0]]), torch.tensor([0, 1])
+        >>> [edges.tolist() for edges in edges_per_level(edge_index, rank, k=(1, 2))]
+        [[[0], [0]], [[0, 1], [0, 0]]]
+    """
+    if isinstance(edge_index, list | tuple):
+        if len(edge_index) != len(k):
+            raise ValueError(
+                f"Expected 'edge_index' for each of {len(k)} levels (got {len(edge_index)}). Give one for every level."
+            )
         return edge_index
-    rows = edge_index.view(2, num_centers, edge_index.size(1) // num_centers)
-    return rows[:, :, :k].reshape(2, -1)
+    return [nearest_edges(edge_index, edge_attr, k_level) for k_level in k]
 
 
 def patch_sizes(batch: Tensor | None, num_nodes: int, batch_size: int | None = None) -> list[int]:

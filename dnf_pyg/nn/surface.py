@@ -1,11 +1,10 @@
-"""Places and sizes of the faces of a patch, in units of the patch."""
+"""Places and areas of the faces of a patch, in units of the patch."""
 
 import torch
 from torch import Tensor
 from torch_geometric.index import index2ptr
 
-from dnf_pyg.nn.frame import in_frame
-from dnf_pyg.nn.kernels.segment import segment_sum
+from dnf_pyg.nn.kernels.segment import segment_mean
 
 __all__ = ["patch_surface"]
 
@@ -13,29 +12,27 @@ _SMALLEST = 1e-4  # relative area below which all faces count alike
 
 
 @torch.no_grad()
-def patch_surface(surface: Tensor, batch: Tensor | None = None, frame: Tensor | None = None) -> tuple[Tensor, Tensor]:
-    """Free centroids and areas from the size of the mesh, and turn them into the frame of the patch.
+def patch_surface(pos: Tensor, area: Tensor, batch: Tensor | None = None) -> tuple[Tensor, Tensor]:
+    """Divide places and areas by the size of the faces of their patch.
 
     Args:
-        surface: Centroid and area of each face, shape (F, 4), model units and their square.
+        pos: Face centroids, shape (F, 3), model units.
+        area: Face areas, shape (F,), squared model units.
         batch: Patch of each face, sorted, shape (F,); one patch if ``None``.
-        frame: Axes of the patch of each face, shape (F, 3, 3) or (1, 3, 3); left as they are if ``None``.
 
     Returns:
-        Place in multiples of the root of the patch's mean area and the logarithm of the area over that mean, shape
-        (F, 4); the area over that mean, shape (F, 1).
+        Places in multiples of the root of the patch's mean area, shape (F, 3), and areas in multiples of that mean,
+        at least 1e-4, shape (F, 1).
 
     Example:
-        >>> patch_surface(torch.tensor([[0.0, 0, 0, 4], [2, 0, 0, 4]]))[0]
-        tensor([[0., 0., 0., 0.],
-                [1., 0., 0., 0.]])
+        >>> patch_surface(torch.tensor([[0.0, 0, 0], [2, 0, 0]]), torch.tensor([4.0, 4.0]))[0]
+        tensor([[0., 0., 0.],
+                [1., 0., 0.]])
     """
+    area = area.unsqueeze(1)
     if batch is None:
-        batch = surface.new_zeros(surface.size(0), dtype=torch.long)
-    ptr = index2ptr(batch, int(batch[-1]) + 1)
-    mean = segment_sum(surface[:, 3:], ptr) / ptr.diff().unsqueeze(1)  # (P, 1)
-    mean = mean.clamp(min=torch.finfo(mean.dtype).tiny)[batch]
-    place, area = surface[:, :3] / mean.sqrt(), (surface[:, 3:] / mean).clamp(min=_SMALLEST)
-    if frame is not None:
-        place = in_frame(place, frame)
-    return torch.cat([place, area.log()], dim=1), area
+        mean = area.mean(dim=0, keepdim=True)
+    else:
+        mean = segment_mean(area, index2ptr(batch, int(batch[-1]) + 1))[batch]
+    mean = mean.clamp(min=torch.finfo(area.dtype).tiny)
+    return pos / mean.sqrt(), (area / mean).clamp(min=_SMALLEST)

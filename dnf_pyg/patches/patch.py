@@ -3,18 +3,20 @@
 ======================  ================  =====================================================================
 attribute               shape             meaning
 ======================  ================  =====================================================================
-``normal``              (N, 3) float32    facet normals of the input, unit length
-``clean_normal``        (N, 3) float32    facet normals of the target, unit length (training only)
+``x``                   (N, 3) float32    facet normals of the input, unit length
+``y``                   (N, 3) float32    facet normals of the clean mesh, unit length (training only)
+``pos``                 (N, 3) float32    face centroids, relative to that of the seed face; model units
+``area``                (N,) float32      face areas, squared model units
+``edge_index``          (2, E) long       nearest face (row 0) and centre (row 1)
+``edge_attr``           (E,) long         rank of the nearest face by geodesic distance from its centre; 0 is the
+                                          centre itself
 ``face_id``             (N,) long         row of each face in the mesh
-``distance``            (N,) float32      geodesic distance from the seed, model units
-``seed_index``          (1,) long         row of the seed: 0, moved on by PyG when patches are batched
-``surface``             (N, 4) float32    centroid of each face, from that of the seed, and its area; model units
-                                          (for networks that see it)
-``edge_index``          (2, E) long       nearest face (row 0) and centre (row 1), sorted by centre, within a
-                                          centre by geodesic distance, the centre itself first
+``distance``            (N,) float32      geodesic distance from the seed face, model units
+``seed_index``          (1,) long         row of the seed face: 0, shifted by PyG when patches are batched
 ======================  ================  =====================================================================
 
-Where every face has K nearest faces E = N K, and a level of k of them is ``edge_index.view(2, N, K)[:, :, :k]``.
+A level of k nearest faces has the edges with a rank below k (:func:`~dnf_pyg.nn.nearest_edges`), in whatever order the
+edges are stored. The rank is called ``edge_attr`` since that is what ``Data.coalesce`` and ``Data.sort`` carry along.
 """
 
 from typing import NamedTuple
@@ -23,10 +25,10 @@ import torch
 from torch import Tensor
 from torch_geometric.data import Data
 
-from dnf_pyg.mesh import DijkstraGrowth, FacetGraph, Growth, Topology, face_areas, face_centroids
+from dnf_pyg.mesh import DijkstraGrowth, FacetGraph, Growth, Topology, face_areas, face_centroids, filled_face_normals
 from dnf_pyg.mesh.dijkstra import nearest_within
 
-__all__ = ["Patch", "PatchExtractor", "face_surface", "patch_to_data"]
+__all__ = ["FaceFeatures", "Patch", "PatchExtractor", "patch_to_data"]
 
 _MAX_PATCH_SIZE = 2**15 - 1  # rows are stored as int16
 
@@ -112,58 +114,64 @@ class PatchExtractor:
         return Patch(face_id, torch.from_numpy(table), distance)
 
 
-def face_surface(pos: Tensor, face: Tensor) -> Tensor:
-    """Compute centroid and area of each face.
+class FaceFeatures(NamedTuple):
+    """What a network may see of the faces of a mesh.
 
-    Args:
-        pos: Vertex positions, shape (V, 3), model units.
-        face: Vertices of each face, shape (3, F).
-
-    Returns:
-        Shape (F, 4), model units and their square.
-
-    Example:
-        >>> face_surface(torch.tensor([[0.0, 0, 0], [3, 0, 0], [0, 2, 0]]), torch.tensor([[0], [1], [2]]))
-        tensor([[1.0000, 0.6667, 0.0000, 3.0000]])
+    Attributes:
+        normal: Facet normals, shape (F, 3), unit length.
+        centroid: Face centroids, shape (F, 3), model units.
+        area: Face areas, shape (F,), squared model units.
     """
-    return torch.cat([face_centroids(pos, face), face_areas(pos, face).unsqueeze(1)], dim=1)
+
+    normal: Tensor
+    centroid: Tensor
+    area: Tensor
+
+    @classmethod
+    def from_mesh(cls, pos: Tensor, face: Tensor) -> "FaceFeatures":
+        """Compute the features of a mesh, pos (V, 3) and face (3, F).
+
+        Faces without an area take the normal of their surroundings (:func:`~dnf_pyg.mesh.filled_face_normals`).
+
+        Example:
+            >>> FaceFeatures.from_mesh(torch.tensor([[0.0, 0, 0], [3, 0, 0], [0, 2, 0]]), torch.tensor([[0], [1], [2]]))
+            FaceFeatures(normal=tensor([[0., 0., 1.]]), centroid=tensor([[1.0000, 0.6667, 0.0000]]), area=tensor([3.]))
+        """
+        return cls(filled_face_normals(pos, face), face_centroids(pos, face), face_areas(pos, face))
 
 
-def patch_to_data(
-    patch: Patch, normal: Tensor, clean_normal: Tensor | None = None, surface: Tensor | None = None
-) -> Data:
-    """Put a patch into the form that the network takes (table at the top of this module).
+def patch_to_data(patch: Patch, features: FaceFeatures, clean_normal: Tensor | None = None) -> Data:
+    """Make the PyG ``Data`` of a patch, with the attributes that are listed at the top of this module.
 
     Args:
         patch: Patch of the mesh.
-        normal: Facet normals of the whole mesh, shape (F, 3), unit length (no zeros: see
-            :func:`~dnf_pyg.mesh.filled_face_normals`).
+        features: Features of all faces of the mesh.
         clean_normal: Facet normals of the whole clean mesh, shape (F, 3), unit length.
-        surface: Centroid and area of each face of the whole mesh (:func:`face_surface`), shape (F, 4).
 
     Example:
         >>> pos = torch.tensor([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]])
-        >>> patch = PatchExtractor(pos, torch.tensor([[0, 1], [1, 3], [2, 2]])).extract(1)
-        >>> patch_to_data(patch, torch.tensor([[0.0, 0, 1], [0, 0, 1]])).edge_index
-        tensor([[0, 1, 1, 0],
-                [0, 0, 1, 1]])
+        >>> face = torch.tensor([[0, 1], [1, 3], [2, 2]])
+        >>> data = patch_to_data(PatchExtractor(pos, face).extract(1), FaceFeatures.from_mesh(pos, face))
+        >>> data.num_node_features, data.edge_index.tolist(), data.edge_attr.tolist()
+        (3, [[0, 1, 1, 0], [0, 0, 1, 1]], [0, 1, 0, 1])
     """
     num_faces, k = patch.neighbor.shape
-    centre = torch.arange(num_faces).repeat_interleave(k)
-    edge_index = torch.stack([patch.neighbor.flatten().long(), centre])
+    edge_index = torch.stack([patch.neighbor.flatten().long(), torch.arange(num_faces).repeat_interleave(k)])
+    rank = torch.arange(k).repeat(num_faces)
     if bool((patch.neighbor[:, -1] < 0).any()):
-        edge_index = edge_index[:, edge_index[0] >= 0]
+        known = edge_index[0] >= 0
+        edge_index, rank = edge_index[:, known], rank[known]
+    centroid = features.centroid[patch.face_id]
     data = Data(
-        normal=normal[patch.face_id].float(),
+        x=features.normal[patch.face_id].float(),
+        pos=(centroid - centroid[:1]).float(),
+        area=features.area[patch.face_id].float(),
         edge_index=edge_index,
+        edge_attr=rank,
         face_id=patch.face_id,
         distance=patch.distance,
         seed_index=torch.zeros(1, dtype=torch.long),
-        num_nodes=num_faces,
     )
     if clean_normal is not None:
-        data.clean_normal = clean_normal[patch.face_id].float()
-    if surface is not None:
-        centroid, area = surface[patch.face_id].split([3, 1], dim=1)
-        data.surface = torch.cat([centroid - centroid[:1], area], dim=1).float()
+        data.y = clean_normal[patch.face_id].float()
     return data

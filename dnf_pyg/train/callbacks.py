@@ -52,7 +52,7 @@ class MeshValidation(Callback):
         noise_level: Level of the noise for clean files alone, multiples of the mean edge length.
         data_set: Name of the data set whose statistics of batch normalization are used, where a joint training keeps
             them apart.
-        levels: Nearest faces that each level of the network sees; the network's own if not given.
+        k: Neighbours per face on each level of the network; those of the data set or the network if not given.
 
     Raises:
         DataError: If no mesh is given; at the start of the run, if a file is missing or a pair does not match.
@@ -65,7 +65,7 @@ class MeshValidation(Callback):
         every_n_epochs: int = 1,
         noise_level: float = 0.2,
         data_set: str | None = None,
-        levels: Sequence[int] | None = None,
+        k: Sequence[int] | None = None,
     ) -> None:
         if not meshes:
             raise DataError(
@@ -78,7 +78,7 @@ class MeshValidation(Callback):
         self.every_n_epochs = every_n_epochs
         self.noise_level = noise_level
         self.data_set = data_set
-        self.levels = levels
+        self.k = k
         self._cases: dict[str, _Case] = {}
         self._last_epoch = -1
 
@@ -122,7 +122,7 @@ class MeshValidation(Callback):
 
         Runs on one process alone: a torchmetrics ``Metric`` would wait for the others here.
         """
-        net = cast("NormalFilteringModule", pl_module).network_for(self.data_set, self.levels)
+        net = cast("NormalFilteringModule", pl_module).network_for(self.data_set, self.k)
         found = {}
         for name, case in self._cases.items():
             mesh = trimesh.Trimesh(case.noisy.numpy(), case.face.t().numpy(), process=False)

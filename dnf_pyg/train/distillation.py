@@ -74,8 +74,8 @@ class Distillation:
     @torch.no_grad()
     def filtered(self, data_set: str, batch: Batch) -> Tensor:
         """Normals (F, 3) that the teacher of a data set makes of a batch of its patches."""
-        net = self.networks[data_set] = self.networks[data_set].to(batch.normal.device)
-        return net(batch.normal, batch.edge_index, batch.batch, batch.get("surface")).float()
+        net = self.networks[data_set] = self.networks[data_set].to(batch.x.device)
+        return net(**net.gather(batch))
 
     def __call__(
         self,

@@ -99,11 +99,15 @@ class JointLoss(torch.nn.Module):
         residual = clean_normal.new_zeros(())
         for unit, (normal, feature) in enumerate(stages):
             weight = 1.0 if unit == len(stages) - 1 else self.intermediate_weight
-            recovery = recovery + weight * _patch_mean(self.distance(normal.float(), clean_normal), batch)
-            residual = residual + _patch_mean(feature.float().square().sum(dim=-1), batch)
+            recovery = recovery + weight * _patch_mean(self.distance(_at_least_float32(normal), clean_normal), batch)
+            residual = residual + _patch_mean(_at_least_float32(feature).square().sum(dim=-1), batch)
         return LossTerms(recovery + self.alpha * residual, recovery, residual)
 
 
 def _patch_mean(value: Tensor, batch: Tensor | None) -> Tensor:
     """Mean over the faces of each patch, then over the patches."""
     return value.mean() if batch is None else scatter(value, batch, reduce="mean").mean()
+
+
+def _at_least_float32(value: Tensor) -> Tensor:
+    return value.to(torch.promote_types(value.dtype, torch.float32))

@@ -1,8 +1,10 @@
-"""Training of a normal filtering network: steps, logging, optimizer; no maths of its own."""
+"""Training of a network that filters facet normals: steps, logging and optimizer."""
 
-from collections.abc import Sequence
-from contextlib import nullcontext
-from typing import Any, Literal, cast
+from collections.abc import Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal, Self, cast
 
 import torch
 from lightning.pytorch import LightningModule
@@ -13,21 +15,51 @@ from torch_geometric.data import Batch
 
 from dnf_pyg.errors import WeightsError
 from dnf_pyg.evaluate.metrics import MeanAngularDifference
-from dnf_pyg.nn import DNFNet, subsample_neighbors
+from dnf_pyg.nn import FilteringNetwork, nearest_edges
+from dnf_pyg.nn.config import build_network, describe_network
+from dnf_pyg.nn.thinning import random_ranks, select_ranks
 from dnf_pyg.train.distillation import Distillation
 from dnf_pyg.train.losses import JointLoss, LossTerms
 from dnf_pyg.train.processes import leave_at_exit
 from dnf_pyg.train.split_statistics import SplitStatistics
 from dnf_pyg.weights.load import load_network
 
-__all__ = ["NormalFilteringModule"]
+__all__ = ["NormalFilteringModule", "PartSettings", "Thinning"]
+
+
+@dataclass(frozen=True)
+class Thinning:
+    """Train on a random choice of the neighbours, drawn anew in every step.
+
+    Differs: the paper trains on all neighbours.
+
+    Args:
+        k: Neighbours kept per face on each level.
+        num_steps: Steps after which all neighbours are kept, as in evaluation; never if not given.
+    """
+
+    k: list[int]
+    num_steps: int | None = None
+
+
+@dataclass(frozen=True)
+class PartSettings:
+    """How a joint training uses one of its data sets.
+
+    Args:
+        k: Neighbours per face on each level of the network; those of the network if not given.
+        weight: Factor of the loss.
+    """
+
+    k: list[int] | None = None
+    weight: float = 1.0
 
 
 class NormalFilteringModule(LightningModule):
     """Train a network to filter the facet normals of patches.
 
-    Every checkpoint carries the constructor arguments of the network (key ``network``), so that
-    :func:`dnf_pyg.weights.load.load_network` rebuilds it from the file alone.
+    Every checkpoint describes its network (key ``network``), so :func:`~dnf_pyg.weights.load_network` and
+    ``load_from_checkpoint`` rebuild it from the file alone.
 
     Source: Li et al. 2020, Sec. 3.4 and 3.5.
 
@@ -37,29 +69,29 @@ class NormalFilteringModule(LightningModule):
         optimizer: Makes the optimizer from the parameters; Adam with a rate of 1e-3 by default.
         scheduler: Makes a learning rate schedule from the optimizer.
         scheduler_interval: Step the schedule once an ``epoch`` or once a ``step``.
-        train_k: Neighbours kept at random on each level while training (:func:`~dnf_pyg.nn.subsample_neighbors`);
-            all of ``net.k`` if not given. Differs: the paper trains on all.
-        train_k_steps: Steps after which all neighbours are kept, as in evaluation; never if not given.
-        initial_weights: Weights to start from (name, folder or checkpoint, as for
-            :func:`~dnf_pyg.weights.load.load_network`); layers that they lack start from new ones, and are named.
+        thinning: Train on fewer neighbours; on all of them if not given.
+        initial_weights: Weights to start from (see :func:`~dnf_pyg.weights.load_network`). Layers that these weights
+            lack keep their random initialization and are named in the log.
+        parts: Settings of the data sets of a joint training, by name.
         separate_statistics: Names of data sets that keep running statistics of batch normalization of their own
             (:class:`~dnf_pyg.train.split_statistics.SplitStatistics`); for joint training.
         distillation: Trained teachers, one for each data set of a joint training.
 
     Raises:
+        ValueError: If ``thinning`` or a part has another number of levels than the network.
         DataError: At the start of a run, if teachers and data sets do not fit each other.
     """
 
     def __init__(
         self,
-        net: DNFNet,
+        net: FilteringNetwork,
         loss: JointLoss | None = None,
         optimizer: OptimizerCallable = torch.optim.Adam,
         scheduler: LRSchedulerCallable | None = None,
         scheduler_interval: Literal["epoch", "step"] = "epoch",
-        train_k: Sequence[int] | None = None,
-        train_k_steps: int | None = None,
+        thinning: Thinning | None = None,
         initial_weights: str | None = None,
+        parts: Mapping[str, PartSettings] | None = None,
         separate_statistics: Sequence[str] | None = None,
         distillation: Distillation | None = None,
     ) -> None:
@@ -70,8 +102,13 @@ class NormalFilteringModule(LightningModule):
         self.optimizer = optimizer
         self.scheduler = scheduler
         self.scheduler_interval = scheduler_interval
-        self.train_k = train_k
-        self.train_k_steps = train_k_steps
+        self.thinning = thinning
+        self.parts = dict(parts or {})
+        for name, k in {"thinning": thinning and thinning.k, **{n: p.k for n, p in self.parts.items()}}.items():
+            if k is not None and len(k) != len(net.k):
+                raise ValueError(
+                    f"Expected 'k' of '{name}' with {len(net.k)} levels (got {k}). Give one for each level."
+                )
         if initial_weights is not None:
             self._start_from(initial_weights)
         self.statistics = SplitStatistics(net, separate_statistics) if separate_statistics else None
@@ -79,51 +116,47 @@ class NormalFilteringModule(LightningModule):
         self.part_theta = torch.nn.ModuleDict()  # one for each stage and data set of a joint training
         self.train_theta, self.val_theta, self.test_theta = (MeanAngularDifference() for _ in range(3))
 
-    def _start_from(self, weights: str) -> None:
-        """Copy the tensors of trained weights.
-
-        Raises:
-            WeightsError: If a layer that both have differs in shape, or the weights have layers more.
-        """
-        state, own = load_network(weights).state_dict(), self.net.state_dict()
-        wrong = [name for name in state if name not in own or own[name].shape != state[name].shape]
-        if wrong:
-            raise WeightsError(
-                f"Expected weights of the configured network (got '{weights}' with other {wrong[0]}): "
-                "change `model.net`"
-            )
-        self.net.load_state_dict(state, strict=False)
-        fresh = sorted({name.split(".")[0] for name in own.keys() - state.keys()})
-        if fresh:
-            rank_zero_info(f"Layers that '{weights}' lacks start from new weights: {', '.join(fresh)}")
+    @classmethod
+    def load_from_checkpoint(cls, checkpoint_path: str | Path, *args: Any, **options: Any) -> Self:
+        """Load a module; its network is rebuilt from the checkpoint unless ``net`` is given."""
+        if "net" not in options:
+            checkpoint = torch.load(checkpoint_path, map_location="cpu", weights_only=True)
+            state = {k.removeprefix("net."): v for k, v in checkpoint["state_dict"].items() if k.startswith("net.")}
+            options["net"] = build_network(checkpoint.get("network"), state, str(checkpoint_path))
+            names = (checkpoint.get("statistics") or {}).get("names")
+            options.setdefault("separate_statistics", names)
+        return super().load_from_checkpoint(checkpoint_path, *args, **options)
 
     def forward(self, batch: Batch) -> Tensor:
-        """Filtered normals (F, 3) of a batch of patches."""
-        return self.net(batch.normal, batch.edge_index, batch.batch, batch.get("surface"))
+        """Filter the normals (F, 3) of a batch of patches."""
+        return self.net(**self.net.gather(batch))
 
-    def network_for(self, data_set: str | None = None, levels: Sequence[int] | None = None) -> DNFNet:
+    def network_for(self, data_set: str | None = None, k: Sequence[int] | None = None) -> FilteringNetwork:
         """Copy the network as one data set of a joint training uses it, in evaluation mode.
 
         Args:
-            data_set: Name of the data set, where ``separate_statistics`` keeps those of several; the one used last, if
+            data_set: Name of the data set, where ``separate_statistics`` keeps those of several; the one used last if
                 not given.
-            levels: Nearest faces that each level sees; the network's own if not given.
+            k: Neighbours per face on each level; those of the data set or of the network if not given.
 
         Raises:
             ValueError: If there are no statistics of such a data set.
         """
         if data_set is not None and self.statistics is None:
-            raise ValueError(f"Expected a data set of 'separate_statistics' (got {data_set!r}, none are kept apart)")
-        with self.statistics.use(data_set) if self.statistics and data_set else nullcontext():
-            net = DNFNet(**{**self.net.config, "k": list(levels or self.net.k)})
+            raise ValueError(
+                f"Expected a data set of 'separate_statistics' (got {data_set!r}, none are kept apart). Leave it out."
+            )
+        k = k or self._settings(data_set).k or self.net.k
+        with self._using(data_set):
+            net = type(self.net)(**{**self.net.arguments, "k": list(k)})
             net.load_state_dict(self.net.state_dict())
         return net.to(self.device).eval()
 
     def setup(self, stage: str) -> None:
-        """Check what only shows beside the data."""
+        """Check that teachers and data sets fit each other."""
         if self.distillation is not None and stage == "fit":
             parts = getattr(getattr(self.trainer, "datamodule", None), "parts", {})
-            self.distillation.check({name: part.data.patches.k for name, part in parts.items()})
+            self.distillation.check({name: data.patches.k for name, data in parts.items()})
 
     def training_step(self, batch: Batch | dict[str, Batch], batch_idx: int) -> Tensor:
         """Joint loss of one batch, or of one batch of each data set."""
@@ -137,9 +170,15 @@ class NormalFilteringModule(LightningModule):
         """Log ``test/theta`` and ``test/loss``."""
         self._step(batch, "test", self.test_theta)
 
-    def predict_step(self, batch: Batch, batch_idx: int) -> Tensor:
-        """Filtered normals (F, 3) of a batch of patches."""
-        return self(batch)
+    def predict_step(self, batch: Batch | dict[str, Batch], batch_idx: int) -> Tensor | dict[str, Tensor]:
+        """Filtered normals (F, 3) of a batch of patches, or of one batch of each data set."""
+        if not isinstance(batch, dict):
+            return self(batch)
+        found = {}
+        for name, part in batch.items():
+            with self._using(name):
+                found[name] = self.net(**self.net.gather(part, self._edges(part, name)))
+        return found
 
     def configure_optimizers(self) -> Any:
         """Optimizer and, if one is configured, its schedule."""
@@ -151,22 +190,52 @@ class NormalFilteringModule(LightningModule):
 
     def on_save_checkpoint(self, checkpoint: dict[str, Any]) -> None:
         """Store what rebuilds the network."""
-        checkpoint["network"] = self.net.config
+        checkpoint["network"] = describe_network(self.net)
+        if self.statistics is not None:
+            checkpoint["statistics"] = {"names": self.statistics.names, "tensors": self.statistics.tensors}
 
     def on_load_checkpoint(self, checkpoint: dict[str, Any]) -> None:
-        """Refuse the checkpoint of another architecture.
+        """Refuse the checkpoint of another network.
 
         Raises:
-            WeightsError: If the checkpoint's network was built with other arguments.
+            WeightsError: If the checkpoint's network is of another class or has other arguments.
         """
-        stored, own = checkpoint.get("network", {}), self.net.config
-        differing = {key: (stored.get(key), own[key]) for key in own if stored.get(key) != own[key]}
-        if differing:
-            listed = ", ".join(f"{key}: {theirs} in the file, {ours} here" for key, (theirs, ours) in differing.items())
-            raise WeightsError(f"Expected a checkpoint of the configured network (got {listed}): change `model.net`")
+        stored, own = checkpoint.get("network"), describe_network(self.net)
+        stored = stored if isinstance(stored, dict) else {}
+        for key in ("network", "arguments"):
+            if stored.get(key) != own[key]:
+                raise WeightsError(
+                    f"Expected a checkpoint of the configured network (got {key} {stored.get(key)} in the file, "
+                    f"{own[key]} here). Change `model.net`."
+                )
+
+    def _start_from(self, weights: str) -> None:
+        """Copy the tensors of trained weights.
+
+        Raises:
+            WeightsError: If a layer that both have differs in shape, or the weights have more layers.
+        """
+        state, own = load_network(weights).state_dict(), self.net.state_dict()
+        wrong = [name for name in state if name not in own or own[name].shape != state[name].shape]
+        if wrong:
+            raise WeightsError(
+                f"Expected weights of the configured network (got '{weights}', which differs in {wrong[0]}). Change "
+                "`model.net`."
+            )
+        self.net.load_state_dict(state, strict=False)
+        fresh = sorted({name.split(".")[0] for name in own.keys() - state.keys()})
+        if fresh:
+            rank_zero_info(f"Layers that '{weights}' lacks keep their initial values: {', '.join(fresh)}")
+
+    def _settings(self, data_set: str | None) -> PartSettings:
+        return self.parts.get(data_set or "", PartSettings())
+
+    def _using(self, data_set: str | None) -> AbstractContextManager:
+        """Statistics of batch normalization of a data set, where they are kept apart."""
+        return self.statistics.use(data_set) if self.statistics is not None and data_set else nullcontext()
 
     def _step(self, batch: Batch | dict[str, Batch], stage: str, theta: MeanAngularDifference) -> Tensor:
-        """Weighted loss; several data sets are logged one by one under their names as well."""
+        """Weighted loss; that of several data sets is logged by their names as well."""
         if not isinstance(batch, dict):
             terms = self._log_terms(batch, stage, [theta])
         else:
@@ -176,11 +245,11 @@ class NormalFilteringModule(LightningModule):
                 if key not in self.part_theta:
                     self.part_theta[key] = MeanAngularDifference().to(self.device)
                 own_theta = cast("MeanAngularDifference", self.part_theta[key])
-                with self.statistics.use(name) if self.statistics else nullcontext():
+                with self._using(name):
                     own = self._log_terms(part, stage, [theta, own_theta], name)
                 self.log(f"{stage}/{name}/theta", own_theta, metric_attribute=f"part_theta.{key}",
                          batch_size=part.num_graphs, on_step=False, on_epoch=True)  # fmt: skip
-                parts.append(LossTerms(*(part.weight * term for term in own)))
+                parts.append(LossTerms(*(self._settings(name).weight * term for term in own)))
             terms = LossTerms(*(torch.stack(term).sum() for term in zip(*parts, strict=True)))
             self._log_all(stage, stage, terms, sum(part.num_graphs for part in batch.values()))
         size = batch.num_graphs if not isinstance(batch, dict) else 1
@@ -190,12 +259,12 @@ class NormalFilteringModule(LightningModule):
     def _log_terms(
         self, batch: Batch, stage: str, thetas: Sequence[MeanAngularDifference], data_set: str | None = None
     ) -> LossTerms:
-        stages = self.net.stages(batch.normal, self._edges(batch), batch.batch, batch.get("surface"))
-        terms = self.loss(stages, batch.clean_normal, batch.batch)
+        stages = self.net.stages(**self.net.gather(batch, self._edges(batch, data_set)))
+        terms = self.loss(stages, batch.y, batch.batch)
         if self.distillation is not None and data_set is not None and self.training:
             terms = self.distillation(terms, self.loss, stages, data_set, batch)
         for theta in thetas:
-            theta.update(stages[-1][0].detach(), batch.clean_normal)
+            theta.update(stages[-1][0].detach(), batch.y)
         self._log_all(stage, stage if data_set is None else f"{stage}/{data_set}", terms, batch.num_graphs)
         return terms
 
@@ -208,12 +277,12 @@ class NormalFilteringModule(LightningModule):
         training = stage == "train"  # a curve over steps; elsewhere one value an epoch
         self.log_dict(values, batch_size=batch_size, on_step=training, on_epoch=not training, sync_dist=not training)
 
-    def _edges(self, batch: Batch) -> Tensor | list[Tensor]:
-        """Edges of each level: nearest first, as many as the data set says, some left out while training."""
-        levels = getattr(batch, "levels", None) or self.net.k
-        finishing = self.train_k_steps is not None and self.global_step >= self.train_k_steps
-        keep = levels if self.train_k is None or finishing or not self.training else self.train_k
-        if list(keep) == list(self.net.k):
-            return batch.edge_index
-        pairs = zip(levels, keep, strict=True)
-        return [subsample_neighbors(batch.edge_index, k, min(k, fewer)) for k, fewer in pairs]
+    def _edges(self, batch: Batch, data_set: str | None = None) -> list[Tensor] | None:
+        """Edges of each level, where they are not simply those of the network's ``k``."""
+        own = self._settings(data_set).k
+        k = own or self.net.k
+        thinning = self.thinning
+        if thinning and self.training and not (thinning.num_steps and self.global_step >= thinning.num_steps):
+            ranks = [random_ranks(most, min(most, count)) for most, count in zip(k, thinning.k, strict=True)]
+            return [select_ranks(batch.edge_index, batch.edge_attr, level) for level in ranks]
+        return None if own is None else [nearest_edges(batch.edge_index, batch.edge_attr, level) for level in own]

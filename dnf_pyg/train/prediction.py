@@ -12,7 +12,7 @@ from lightning.pytorch import LightningModule
 
 from dnf_pyg.errors import DNFError
 from dnf_pyg.io import MeshFile, read_mesh, write_mesh
-from dnf_pyg.nn import DNFNet
+from dnf_pyg.nn import FilteringNetwork
 from dnf_pyg.options import FilterOptions, UpdateOptions
 from dnf_pyg.pipeline import DenoiseResult, denoise
 from dnf_pyg.train.processes import leave_at_exit
@@ -65,7 +65,7 @@ class MeshDenoisingModule(LightningModule):
 
     def __init__(
         self,
-        net: DNFNet,
+        net: FilteringNetwork,
         filtering: FilterOptions = FilterOptions(),
         update: UpdateOptions = UpdateOptions(),
         num_passes: int = 1,

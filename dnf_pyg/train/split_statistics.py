@@ -33,7 +33,9 @@ class SplitStatistics(torch.nn.Module):
     def __init__(self, net: torch.nn.Module, names: Sequence[str]) -> None:
         super().__init__()
         self.names = list(names)
-        self._norms = [module for module in net.modules() if isinstance(module, _BatchNorm)]
+        norms = {name: module for name, module in net.named_modules() if isinstance(module, _BatchNorm)}
+        self._norms = list(norms.values())
+        self.tensors = [f"{name}.{key}" for name, norm in norms.items() for key, _ in norm.named_buffers(recurse=False)]
         for row, (norm, key) in enumerate(self._places()):
             own = getattr(norm, key)
             self.register_buffer(f"values_{row}", own.detach().clone().expand(len(self.names), *own.shape).clone())

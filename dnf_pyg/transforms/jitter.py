@@ -8,7 +8,7 @@ __all__ = ["JitterNormal"]
 
 
 class JitterNormal(BaseTransform):
-    """Add clipped Gaussian noise to ``normal`` and scale it back to unit length.
+    """Add clipped Gaussian noise to the facet normals ``x`` and scale them back to unit length.
 
     Args:
         sigma: Standard deviation, per coordinate of the unit normal.
@@ -19,8 +19,8 @@ class JitterNormal(BaseTransform):
         ValueError: If ``sigma`` or ``clip`` is negative.
 
     Example:
-        >>> data = JitterNormal(sigma=0.0)(Data(normal=torch.tensor([[0.0, 0, 1]])))
-        >>> data.normal
+        >>> data = JitterNormal(sigma=0.0)(Data(x=torch.tensor([[0.0, 0, 1]])))
+        >>> data.x
         tensor([[0., 0., 1.]])
     """
 
@@ -34,8 +34,8 @@ class JitterNormal(BaseTransform):
 
     def forward(self, data: Data) -> Data:
         """Jitter the normals of a patch."""
-        noise = torch.randn(data.normal.shape, generator=self.generator, dtype=data.normal.dtype) * self.sigma
-        data.normal = torch.nn.functional.normalize(data.normal + noise.clamp(-self.clip, self.clip), dim=-1)
+        noise = torch.randn(data.x.shape, generator=self.generator, dtype=data.x.dtype) * self.sigma
+        data.x = torch.nn.functional.normalize(data.x + noise.clamp(-self.clip, self.clip), dim=-1)
         return data
 
     def __repr__(self) -> str:

@@ -8,7 +8,7 @@ __all__ = ["RandomRotation"]
 
 
 class RandomRotation(BaseTransform):
-    """Turn ``normal``, ``clean_normal`` and ``surface`` by one random rotation, uniform over all rotations.
+    """Rotate ``x``, ``y`` and ``pos`` by one random rotation, uniform over all rotations.
 
     Source: Li et al. 2020, Sec. 3.2 (data augmentation).
 
@@ -16,8 +16,8 @@ class RandomRotation(BaseTransform):
         generator: Source of randomness; the default of torch if not given.
 
     Example:
-        >>> data = RandomRotation()(Data(normal=torch.tensor([[0.0, 0, 1]])))
-        >>> bool(torch.isclose(data.normal.norm(), torch.tensor(1.0)))
+        >>> data = RandomRotation()(Data(x=torch.tensor([[0.0, 0, 1]])))
+        >>> bool(torch.isclose(data.x.norm(), torch.tensor(1.0)))
         True
     """
 
@@ -25,21 +25,18 @@ class RandomRotation(BaseTransform):
         self.generator = generator
 
     def forward(self, data: Data) -> Data:
-        """Turn a patch."""
+        """Rotate a patch."""
         w, x, y, z = torch.nn.functional.normalize(torch.randn(4, generator=self.generator), dim=0).tolist()
-        rotation = data.normal.new_tensor(  # of the unit quaternion w + xi + yj + zk
+        rotation = data.x.new_tensor(  # of the unit quaternion w + xi + yj + zk
             [
                 [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
                 [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
                 [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
             ]
         )
-        data.normal = data.normal @ rotation.t()
-        if "clean_normal" in data:
-            data.clean_normal = data.clean_normal @ rotation.t()
-        if "surface" in data:
-            centroid, area = data.surface.split([3, 1], dim=1)
-            data.surface = torch.cat([centroid @ rotation.t(), area], dim=1)
+        for name in ("x", "y", "pos"):
+            if data.get(name) is not None:
+                data[name] = data[name] @ rotation.t()
         return data
 
     def __repr__(self) -> str:

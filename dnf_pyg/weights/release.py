@@ -6,15 +6,16 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from huggingface_hub import ModelCard, ModelCardData
 
 from dnf_pyg.errors import WeightsError
-from dnf_pyg.nn import DNFNet
-from dnf_pyg.weights.load import TRAINING_FILE
 
-__all__ = ["Release", "fingerprint", "read_release", "write_release"]
+if TYPE_CHECKING:  # so that releases are listed without torch
+    from dnf_pyg.nn import FilteringNetwork
+
+__all__ = ["Release", "fingerprint", "packaged_releases", "read_release", "write_release"]
 
 _CARD = """\
 ---
@@ -72,14 +73,14 @@ class Release:
     intact: bool
 
 
-def fingerprint(net: DNFNet) -> str:
-    """What tells weights and configuration of a network from all others, whatever file they are in: 12 hex digits.
+def fingerprint(net: "FilteringNetwork") -> str:
+    """Compute 12 hex digits that identify the weights and arguments of a network, whatever file they are in.
 
-    Arguments at their default do not count, so that one that is added later leaves old fingerprints as they are.
+    Arguments at their default do not enter, so an argument that is added later leaves old fingerprints as they are.
     """
-    default = {name: json.dumps(parameter.default) for name, parameter in inspect.signature(DNFNet).parameters.items()}
-    config = {name: value for name, value in net.config.items() if json.dumps(value) != default[name]}
-    digest = hashlib.sha256(json.dumps(config, sort_keys=True).encode())
+    default = {key: json.dumps(entry.default) for key, entry in inspect.signature(type(net)).parameters.items()}
+    config = {key: value for key, value in net.arguments.items() if json.dumps(value) != default[key]}
+    digest = hashlib.sha256(type(net).__name__.encode() + json.dumps(config, sort_keys=True).encode())
     for name, value in sorted(net.state_dict().items()):
         digest.update(name.encode() + value.cpu().contiguous().numpy().tobytes())
     return digest.hexdigest()[:12]
@@ -87,7 +88,7 @@ def fingerprint(net: DNFNet) -> str:
 
 def write_release(
     folder: Path,
-    net: DNFNet,
+    net: "FilteringNetwork",
     *,
     description: str,
     licence: str,
@@ -97,7 +98,7 @@ def write_release(
 ) -> Release:
     """Write weights as safetensors with ``config.json`` and a model card (``README.md``).
 
-    Beside them ``metrics.json`` and ``training.json``, the noise levels of the training where the network knows them.
+    ``metrics.json`` beside them holds checksums and what was measured.
 
     Args:
         folder: Where to write; its name is that of the weights. Files of an earlier release are replaced.
@@ -135,8 +136,6 @@ def write_release(
             **{key: metrics[key] for key in ("num_parameters", "sha256", "fingerprint")},
         )
         (folder / "metrics.json").write_text(json.dumps(metrics, indent=1) + "\n")
-        training = {"noise_level": None if net.noise_range is None else list(net.noise_range)}
-        (folder / TRAINING_FILE).write_text(json.dumps(training) + "\n")
         (folder / "README.md").write_text(card)
     except OSError as error:
         raise WeightsError(f"Expected a folder that can be written (got '{folder}': {error.strerror})") from error
@@ -163,6 +162,15 @@ def read_release(folder: Path) -> Release:
         )
     except (OSError, ValueError, LookupError, TypeError) as error:
         raise WeightsError(f"Expected released weights (got '{folder}': {error}): export them again") from error
+
+
+def packaged_releases() -> list[Release]:
+    """Read all weights that the package carries, by name.
+
+    Raises:
+        WeightsError: See :func:`read_release`.
+    """
+    return [read_release(card.parent) for card in sorted(Path(__file__).parent.glob("*/README.md"))]
 
 
 def _measured(benchmark: Mapping[str, Any] | None) -> str:

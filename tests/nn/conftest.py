@@ -4,6 +4,7 @@ from types import SimpleNamespace
 
 import pytest
 import torch
+from torch_geometric.data import Data
 
 
 def normalize(h, norm):
@@ -64,6 +65,18 @@ def random_edges(degrees, num_sources, generator=None):
     return torch.stack([torch.randint(0, num_sources, center.shape, generator=generator), center])
 
 
+def patch(num_faces, k=6):
+    """Unit normals, places and areas; for each face the edges from itself and k - 1 others, with their ranks."""
+    order = torch.rand(num_faces, num_faces).fill_diagonal_(-1).argsort(dim=1)[:, :k]
+    return Data(
+        x=torch.nn.functional.normalize(torch.randn(num_faces, 3), dim=-1),
+        pos=torch.randn(num_faces, 3),
+        area=torch.rand(num_faces) + 0.1,
+        edge_index=torch.stack([order.flatten(), torch.arange(num_faces).repeat_interleave(order.size(1))]),
+        edge_attr=torch.arange(order.size(1)).repeat(num_faces),
+    )
+
+
 def scramble(module):
     """Set every parameter and running statistic to random numbers, scales of either sign among them."""
     for tensor in module.parameters():
@@ -95,7 +108,7 @@ def loops():
 
 @pytest.fixture
 def make():
-    return SimpleNamespace(random_edges=random_edges, scramble=scramble, gradients=gradients)
+    return SimpleNamespace(random_edges=random_edges, patch=patch, scramble=scramble, gradients=gradients)
 
 
 @pytest.fixture(autouse=True)

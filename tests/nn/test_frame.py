@@ -1,6 +1,6 @@
 import torch
 
-from dnf_pyg.nn.frame import in_frame, patch_frames
+from dnf_pyg.nn.frame import in_frame, out_of_frame, patch_frames
 
 
 def rotation(mirror=False):
@@ -38,3 +38,4 @@ def test_vectors_in_a_frame_are_their_shares_along_its_axes():
         for axis in range(3):
             torch.testing.assert_close(out[i, axis], vector[i] @ frame[i, :, axis])
     torch.testing.assert_close(in_frame(vector, frame[:1]), vector @ frame[0])
+    torch.testing.assert_close(out_of_frame(in_frame(vector, frame), frame), vector)

@@ -5,6 +5,7 @@ import torch
 from torch_geometric import EdgeIndex
 from torch_geometric.data import Batch, Data
 from torch_geometric.explain import Explainer, GNNExplainer
+from torch_geometric.nn import EdgeConv
 from torch_geometric.testing import assert_module
 
 from dnf_pyg.nn import FeatureGroupingConv, NormalGroupingConv, SurfaceGroupingConv
@@ -111,14 +112,34 @@ def test_no_edges_gives_zeros(training):
     assert conv(torch.randn(2, 3), torch.zeros(2, 0, dtype=torch.long)).tolist() == [[0.0] * 4] * 2
 
 
-def test_k_keeps_the_first_edges(make):
-    edge_index = make.random_edges([5, 2, 4], 3)
-    short = torch.cat([edge_index[:, :3], edge_index[:, 5:7], edge_index[:, 7:10]], dim=1)
-    conv = make.scramble(FeatureGroupingConv(5, 7, k=3))
-    whole = FeatureGroupingConv(5, 7)
-    whole.load_state_dict(conv.state_dict())
-    x = torch.randn(3, 5)
-    torch.testing.assert_close(conv(x, edge_index), whole(x, short), rtol=0, atol=0)
+@pytest.mark.parametrize("cls", CONVS)
+@pytest.mark.parametrize("training", [False, True])
+def test_equals_the_composition_of_pyg(cls, training, make):
+    """``EdgeConv(MLP)`` for differences of features; the same with other messages for the features themselves."""
+
+    class Plain(EdgeConv):
+        def message(self, x_i, x_j):
+            return self.nn(torch.cat([x_i, x_j], dim=-1))
+
+    conv = make.scramble(cls(5, 7)).train(training)
+    plain = (EdgeConv if cls is FeatureGroupingConv else Plain)(copy.deepcopy(conv.mlp), aggr="max")
+    plain.nn.load_state_dict(conv.mlp.state_dict())  # EdgeConv draws new weights
+    x, edge_index = torch.randn(9, 5), make.random_edges(GRAPHS["ragged"], 9)
+    with torch.no_grad():
+        torch.testing.assert_close(conv(x, edge_index), plain(x, edge_index), rtol=0, atol=1e-10)
+
+
+@pytest.mark.parametrize("cls", [*CONVS, SurfaceGroupingConv])
+@pytest.mark.parametrize("training", [False, True])
+def test_order_of_edges_does_not_matter(cls, training, make):
+    conv = make.scramble(cls(5, 7)).train(training)
+    x, edge_index = torch.randn(9, 5), make.random_edges(GRAPHS["ragged"], 9).unique(dim=1)
+    shuffled = edge_index[:, torch.randperm(edge_index.size(1))]
+    coalesced = Data(x=x, edge_index=shuffled).coalesce().edge_index
+    with torch.no_grad():
+        expected = conv(x, edge_index)
+        for edges in (shuffled, coalesced, Data(x=x, edge_index=shuffled).sort().edge_index):
+            torch.testing.assert_close(conv(x, edges), expected, rtol=0, atol=1e-12)
 
 
 def test_batch_equals_each_graph_alone(make):
@@ -226,11 +247,12 @@ def test_explain(cls):
 
 
 @pytest.mark.parametrize("cls", CONVS)
-def test_compile(cls, make):
-    conv = make.scramble(cls(5, 8, k=3)).eval()
+def test_compile_with_ragged_and_unsorted_edges(cls, make):
+    conv = make.scramble(cls(5, 8)).eval()
     compiled = torch.compile(conv, dynamic=True, fullgraph=True, backend="eager")
-    for num_nodes in (6, 9):
-        x, edge_index = torch.randn(num_nodes, 5), make.random_edges([4] * num_nodes, num_nodes)
+    for degrees in (GRAPHS["ragged"], [4] * 6, [1, 0, 3, 2]):
+        x, edge_index = torch.randn(len(degrees), 5), make.random_edges(degrees, len(degrees))
+        edge_index = edge_index[:, torch.randperm(edge_index.size(1))]
         with torch.no_grad():
             torch.testing.assert_close(compiled(x, edge_index), conv(x, edge_index), rtol=0, atol=1e-10)
 
@@ -245,12 +267,12 @@ def test_state_dict_and_reset(make):
 
 
 def test_repr():
-    assert str(NormalGroupingConv(3, 16)) == "NormalGroupingConv(3, 16, hidden_channels=[8, 8], k=None)"
-    assert str(FeatureGroupingConv(8, 16, [4], k=2)) == "FeatureGroupingConv(8, 16, hidden_channels=[4], k=2)"
+    assert str(NormalGroupingConv(3, 16)) == "NormalGroupingConv(3, 16, hidden_channels=[8, 8])"
+    assert str(FeatureGroupingConv((8, 8), 16, [4])) == "FeatureGroupingConv(8, 16, hidden_channels=[4])"
 
 
 def test_errors():
     with pytest.raises(ValueError, match=r"\[num_faces, 3\] \(got \[4, 5\]\)"):
         NormalGroupingConv(3, 8)(torch.randn(4, 5), torch.zeros(2, 1, dtype=torch.long))
-    with pytest.raises(ValueError, match=r"Expected 'k' to be positive \(got 0\)"):
-        FeatureGroupingConv(3, 8, k=0)
+    with pytest.raises(ValueError, match=r"alike for neighbours and centres \(got \(3, 4\)\)"):
+        FeatureGroupingConv((3, 4), 8)

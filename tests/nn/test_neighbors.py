@@ -3,20 +3,16 @@ import torch
 from torch_geometric import EdgeIndex
 from torch_geometric.utils import to_torch_coo_tensor, to_torch_csr_tensor
 
-from dnf_pyg.nn.neighbors import feature_neighbors, first_of_equal_rows, sort_by_center
+from dnf_pyg.nn.neighbors import edges_per_level, feature_neighbors, nearest_edges, sort_by_center
 
 SHUFFLED = torch.tensor([[3, 1, 0, 2, 2], [1, 0, 1, 1, 3]])  # centre 2 has none
 
 
-ALL = [[1, 3, 0, 2, 2], [0, 1, 1, 1, 3]]
-
-
-@pytest.mark.parametrize(("k", "expected"), [(None, ALL), (2, [[1, 3, 0, 2], [0, 1, 1, 3]]), (9, ALL)])
-def test_sorts_and_keeps_the_first(k, expected):
-    out = sort_by_center(SHUFFLED, (4, 4), k)
-    assert out.tolist() == expected
+def test_sorts_by_centre():
+    out = sort_by_center(SHUFFLED, (4, 4))
+    assert out.tolist() == [[1, 3, 0, 2, 2], [0, 1, 1, 1, 3]]
     assert out.is_sorted_by_col
-    assert out.get_csc()[0][0].tolist() == [sum(c < i for c in expected[1]) for i in range(5)]
+    assert out.get_csc()[0][0].tolist() == [0, 1, 4, 4, 5]
 
 
 def test_other_forms_of_edges():
@@ -33,11 +29,24 @@ def test_bipartite_size_and_no_edges():
     assert out.get_csc()[0][0].tolist() == [0, 0, 0]
 
 
-def test_equal_rows_without_looking():
-    edge_index = torch.stack([torch.arange(12), torch.arange(4).repeat_interleave(3)])
-    assert first_of_equal_rows(edge_index, 4, 2).tolist() == sort_by_center(edge_index, (12, 4), 2).tolist()
-    assert first_of_equal_rows(edge_index, 4) is edge_index
-    assert first_of_equal_rows(edge_index, 4, 9).tolist() == edge_index.tolist()
+def test_nearest_edges_follow_the_ranks_in_any_order():
+    rank = torch.tensor([0, 0, 2, 1, 0])
+    assert nearest_edges(SHUFFLED, rank, 1).tolist() == [[3, 1, 2], [1, 0, 3]]
+    order = torch.tensor([4, 2, 0, 3, 1])
+    kept = nearest_edges(SHUFFLED[:, order], rank[order], 2)
+    assert sorted(kept.t().tolist()) == sorted(nearest_edges(SHUFFLED, rank, 2).t().tolist())
+    for wrong in (None, rank[:3]):
+        with pytest.raises(ValueError, match=r"'edge_attr' of shape \[5\], the rank of each neighbour \(got"):
+            nearest_edges(SHUFFLED, wrong, 1)
+
+
+def test_edges_of_each_level():
+    rank = torch.tensor([0, 0, 2, 1, 0])
+    levels = edges_per_level(SHUFFLED, rank, k=(1, 3))
+    assert [edges.size(1) for edges in levels] == [3, 5]
+    assert edges_per_level(levels, None, k=(1, 3)) is levels
+    with pytest.raises(ValueError, match=r"each of 3 levels \(got 2\)"):
+        edges_per_level(levels, None, k=(1, 2, 3))
 
 
 @pytest.mark.parametrize("sizes", [[12], [7, 7], [3, 9, 1]])

@@ -1,0 +1,134 @@
+"""Networks from plain descriptions and tensors that are checked before anything is built."""
+
+import inspect
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import torch
+from torch import Tensor
+
+from dnf_pyg.errors import WeightsError
+
+if TYPE_CHECKING:
+    from dnf_pyg.nn.network import FilteringNetwork
+
+__all__ = ["NETWORKS", "VERSION", "build_network", "describe_network"]
+
+VERSION = 2
+"""Version of the description; version 1 described a single class by flags and has no entry ``version``."""
+
+NETWORKS: dict[str, type["FilteringNetwork"]] = {}
+"""Classes of networks by name; every subclass of :class:`~dnf_pyg.nn.network.FilteringNetwork` is entered."""
+
+_LARGEST = 2**16  # of any number in a description
+_LONGEST = 16  # list
+_FLAGS = ("align", "bilateral_iterations", "surface")  # of version 1
+
+
+def describe_network(net: "FilteringNetwork") -> dict[str, Any]:
+    """Describe a network by its class, constructor arguments and the noise levels of its training, as plain values."""
+    return {
+        "version": VERSION,
+        "network": type(net).__name__,
+        "arguments": net.arguments,
+        "noise_range": None if net.noise_range is None else list(net.noise_range),
+    }
+
+
+def build_network(description: object, state: object, origin: str) -> "FilteringNetwork":
+    """Build a network in evaluation mode from its description and its tensors.
+
+    Args:
+        description: What :func:`describe_network` returned, or the arguments of a network of version 1.
+        state: Tensors by name.
+        origin: Name of the file, for error messages.
+
+    Raises:
+        WeightsError: If the description has unknown entries or values out of range, or the tensors do not fit it or
+            hold values that are not finite.
+    """
+    description = _mapping(description, "a description of a network", origin)
+    state = _mapping(state, "tensors by name", origin)
+    name, arguments, noise_range = _parse(description, origin)
+    with torch.device("meta"):  # sizes are compared before memory is taken
+        net = NETWORKS[name](**_checked(NETWORKS[name], arguments, origin))
+    expected = net.state_dict()
+    for key in sorted(expected.keys() | state.keys()):
+        have, want = state.get(key), expected.get(key)
+        if not isinstance(have, Tensor) or want is None or have.shape != want.shape:
+            shapes = [list(value.shape) if isinstance(value, Tensor) else "none" for value in (want, have)]
+            raise _error(f"tensor '{key}' of shape {shapes[0]}", shapes[1], origin)
+        if have.is_floating_point() and not bool(have.isfinite().all()):
+            raise _error(f"finite values in tensor '{key}'", "NaN or infinity", origin)
+    net.load_state_dict(state, assign=True)
+    net.noise_range = noise_range
+    return net.eval()
+
+
+def _parse(description: Mapping[str, Any], origin: str) -> tuple[str, Mapping[str, Any], tuple[float, float] | None]:
+    """Class, arguments and noise range of a description of either version."""
+    if "version" not in description:
+        flags = {flag: description.get(flag, False) for flag in _FLAGS}
+        arguments = {key: value for key, value in description.items() if key not in _FLAGS}
+        if not any(flags.values()):
+            return "DNFNet", arguments, None
+        if flags["align"] is not True or flags["surface"] is not True or arguments.pop("subtract", True) is not True:
+            raise _error("'align', 'surface' and 'subtract' to be true", flags, origin)
+        return "SurfaceDNFNet", arguments | {"bilateral_iterations": flags["bilateral_iterations"]}, None
+    if description["version"] != VERSION:
+        raise _error(f"'version' {VERSION}", repr(description["version"]), origin)
+    unknown = sorted(set(description) - {"version", "network", "arguments", "noise_range"})
+    if unknown:
+        raise _error("'version', 'network', 'arguments' and 'noise_range' only", ", ".join(unknown), origin)
+    name = description.get("network")
+    if not isinstance(name, str) or name not in NETWORKS:
+        raise _error(f"'network' to be one of {', '.join(NETWORKS)}", repr(name), origin)
+    return name, _mapping(description.get("arguments"), "'arguments' by name", origin), _range(description, origin)
+
+
+def _range(description: Mapping[str, Any], origin: str) -> tuple[float, float] | None:
+    """Noise range of a description."""
+    value = description.get("noise_range")
+    if value is None:
+        return None
+    numbers = isinstance(value, list) and len(value) == 2 and all(type(item) in (int, float) for item in value)
+    if not numbers or not 0 <= value[0] <= value[1] < float("inf"):
+        raise _error("'noise_range' as [smallest, largest]", repr(value), origin)
+    return float(value[0]), float(value[1])
+
+
+def _checked(network: type, arguments: Mapping[str, Any], origin: str) -> dict[str, Any]:
+    """Arguments of a network, each of the type of its default and in range."""
+    defaults = {name: parameter.default for name, parameter in inspect.signature(network).parameters.items()}
+    for name, value in arguments.items():
+        if name not in defaults:
+            raise _error(f"arguments of {network.__name__}", f"'{name}'", origin)
+        default = defaults[name]
+        if isinstance(default, bool):
+            sound = isinstance(value, bool)
+        elif isinstance(default, int):
+            sound = _is_count(value)
+        else:
+            sound = isinstance(value, list) and 1 <= len(value) <= _LONGEST and all(map(_is_count, value))
+        if not sound:
+            kind = {bool: "true or false", int: f"a whole number from 1 to {_LARGEST}"}.get(
+                type(default), f"at most {_LONGEST} whole numbers from 1 to {_LARGEST}"
+            )
+            raise _error(f"'{name}' to be {kind}", repr(value)[:80], origin)
+    return dict(arguments)
+
+
+def _is_count(value: object) -> bool:
+    return type(value) is int and 1 <= value <= _LARGEST
+
+
+def _mapping(value: object, kind: str, origin: str) -> dict[str, Any]:
+    if not isinstance(value, Mapping) or not all(isinstance(key, str) for key in value):
+        raise _error(kind, repr(value)[:80], origin)
+    return dict(value)
+
+
+def _error(expected: str, got: object, origin: str) -> WeightsError:
+    return WeightsError(
+        f"Expected {expected} (got {got} in '{origin}'). Copy the weights again, or train them with this package."
+    )

@@ -1,0 +1,128 @@
+"""Networks as folders of ``config.json`` and ``model.safetensors``."""
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Self, cast
+
+from safetensors import SafetensorError
+from safetensors.torch import load_file, save_file
+
+from dnf_pyg.errors import WeightsError
+from dnf_pyg.nn.config import build_network, describe_network
+
+if TYPE_CHECKING:
+    from dnf_pyg.nn.network import FilteringNetwork
+
+__all__ = ["Pretrained", "download_folder", "packaged_weights", "read_folder"]
+
+_CONFIG, _TENSORS = "config.json", "model.safetensors"
+_PACKAGED = Path(__file__).parents[1] / "weights"
+
+
+def packaged_weights() -> dict[str, Path]:
+    """Name and folder of every set of weights that the package carries."""
+    return {path.parent.name: path.parent for path in sorted(_PACKAGED.glob(f"*/{_TENSORS}"))}
+
+
+def read_folder(folder: Path) -> "FilteringNetwork":
+    """Read a network from a folder. No code in a file is ever run.
+
+    Raises:
+        WeightsError: If a file is missing or damaged, or describes no network.
+    """
+    missing = [name for name in (_CONFIG, _TENSORS) if not (folder / name).is_file()]
+    if missing:
+        raise WeightsError(
+            f"Expected a folder of weights (got '{folder}' without {', '.join(missing)}). Give one that "
+            "`dnf-pyg weights export` or `save_pretrained` wrote."
+        )
+    try:
+        description = json.loads((folder / _CONFIG).read_text(encoding="utf-8"))
+        state = load_file(folder / _TENSORS)
+    except (OSError, ValueError, RecursionError, SafetensorError) as error:
+        raise WeightsError(
+            f"Expected readable weights (got '{folder}': {str(error).splitlines()[0]}). Copy them again."
+        ) from error
+    return build_network(description, state, str(folder))
+
+
+def download_folder(repo_id: str, **options: Any) -> Path:
+    """Download the weights of a repository of the Hugging Face hub.
+
+    Args:
+        repo_id: Repository, ``user/name``.
+        options: Further arguments of :func:`huggingface_hub.snapshot_download`, such as ``revision``.
+
+    Raises:
+        WeightsError: If there is no such repository, or the hub cannot be reached.
+    """
+    from huggingface_hub import snapshot_download  # takes a while to import
+
+    try:
+        return Path(snapshot_download(repo_id, allow_patterns=[_CONFIG, _TENSORS], **options))
+    except (OSError, ValueError) as error:  # all errors of the hub are of these types
+        raise WeightsError(
+            f"Expected a repository of the Hugging Face hub (got '{repo_id}': {str(error).splitlines()[0]}). Check "
+            "its name and the connection."
+        ) from error
+
+
+class Pretrained:
+    """Mixin of networks that are written to and read from folders, and shared on the Hugging Face hub.
+
+    ``config.json`` holds the version of the format, the class of the network, its constructor arguments and the noise
+    levels of its training data; ``model.safetensors`` holds the tensors.
+    """
+
+    def save_pretrained(self, folder: str | Path) -> None:
+        """Write the network into a folder, which is made if it does not exist.
+
+        Raises:
+            WeightsError: If the folder cannot be written.
+        """
+        net, folder = cast("FilteringNetwork", self), Path(folder)
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            save_file({name: value.contiguous() for name, value in net.state_dict().items()}, folder / _TENSORS)
+            (folder / _CONFIG).write_text(json.dumps(describe_network(net), indent=1) + "\n", encoding="utf-8")
+        except OSError as error:
+            raise WeightsError(
+                f"Expected a folder that can be written (got '{folder}': {error.strerror}). Choose another one."
+            ) from error
+
+    @classmethod
+    def from_pretrained(cls, name: str | Path, **options: Any) -> Self:
+        """Read a network of this class from packaged weights, a folder or the Hugging Face hub, in this order.
+
+        Args:
+            name: Name of packaged weights, a folder, or a repository ``user/name`` of the hub.
+            options: Arguments of :func:`huggingface_hub.snapshot_download`, such as ``revision``.
+
+        Returns:
+            The network in evaluation mode, on the CPU.
+
+        Raises:
+            WeightsError: If there are no such weights, or they are damaged or of another class.
+        """
+        folder = packaged_weights().get(str(name), Path(name))
+        net = read_folder(folder if folder.is_dir() else download_folder(str(name), **options))
+        if not isinstance(net, cls):
+            raise WeightsError(
+                f"Expected weights of a {cls.__name__} (got '{name}', a {type(net).__name__}). Call "
+                f"`{type(net).__name__}.from_pretrained`."
+            )
+        return net
+
+    def push_to_hub(self, repo_id: str, folder: str | Path, **options: Any) -> None:
+        """Write the network into a folder and upload the folder to a repository of the Hugging Face hub.
+
+        Args:
+            repo_id: Repository, ``user/name``, which is made if it does not exist.
+            folder: Folder to write and upload, with the model card that it may hold.
+            options: Arguments of :meth:`huggingface_hub.HfApi.upload_folder`, such as ``commit_message``.
+        """
+        from huggingface_hub import HfApi  # takes a while to import
+
+        self.save_pretrained(folder)
+        HfApi().create_repo(repo_id, exist_ok=True)
+        HfApi().upload_folder(repo_id=repo_id, folder_path=str(folder), **options)

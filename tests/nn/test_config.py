@@ -1,0 +1,115 @@
+import copy
+
+import pytest
+import torch
+from hypothesis import given
+from hypothesis import strategies as st
+
+from dnf_pyg.errors import WeightsError
+from dnf_pyg.nn import DNFNet, SurfaceDNFNet
+from dnf_pyg.nn.config import build_network, describe_network
+
+SMALL = {"k": [2, 4, 6], "residual_k": 3, "channels": [8, 8, 16], "embedding_channels": 8}
+
+
+def flags(**changes):
+    """The description of version 1."""
+    return {
+        **SMALL,
+        "num_units": 2,
+        "subtract": True,
+        "align": False,
+        "surface": False,
+        "bilateral_iterations": 0,
+    } | changes
+
+
+@pytest.mark.parametrize("cls", [DNFNet, SurfaceDNFNet])
+def test_round_trip(cls):
+    net = cls(**SMALL)
+    net.noise_range = (0.1, 0.3)
+    built = build_network(describe_network(net), net.state_dict(), "here")
+    assert type(built) is cls
+    assert not built.training
+    assert (built.arguments, built.noise_range) == (net.arguments, (0.1, 0.3))
+    torch.testing.assert_close(built.state_dict(), net.state_dict(), rtol=0, atol=0)
+
+
+def test_descriptions_of_version_1():
+    net = DNFNet(**SMALL)
+    assert type(build_network(flags(), net.state_dict(), "here")) is DNFNet
+    net = SurfaceDNFNet(**SMALL, bilateral_iterations=3)
+    old = flags(align=True, surface=True, bilateral_iterations=3)
+    built = build_network(old, net.state_dict(), "here")
+    assert type(built) is SurfaceDNFNet
+    assert built.bilateral_iterations == 3
+
+
+def described(**changes):
+    return {**describe_network(DNFNet(**SMALL)), **changes}
+
+
+@pytest.mark.parametrize(
+    ("description", "message"),
+    [
+        (None, "a description of a network"),
+        ([1], "a description of a network"),
+        (described(version=3), "'version' 2"),
+        (described(network="os.system"), "'network' to be one of DNFNet"),
+        (described(network=["DNFNet"]), "'network' to be one of DNFNet"),
+        (described(arguments=None), "'arguments' by name"),
+        (described(arguments={"shell": 1}), "arguments of DNFNet"),
+        (described(extra=1), ".*only .got extra"),
+        (described(noise_range=[1, 0]), "'noise_range' as"),
+        (described(noise_range="a"), "'noise_range' as"),
+        (described(noise_range=[0, float("nan")]), "'noise_range' as"),
+        *(
+            (described(arguments={**SMALL, "k": k}), "'k' to be at most 16 whole")
+            for k in (5, [], [1.0], [0], [True], "a")
+        ),
+        (described(arguments={**SMALL, "residual_k": 10**30}), "'residual_k' to be a whole number from 1 to 65536"),
+        (described(arguments={**SMALL, "subtract": 1}), "'subtract' to be true or false"),
+        (described(arguments={**SMALL, "channels": [65536] * 3}), "tensor '.*' of shape"),
+        (flags(align=1e30), "'align', 'surface' and 'subtract' to be true"),
+        (flags(align="a"), "'align', 'surface' and 'subtract' to be true"),
+        (flags(align=True, surface=True, bilateral_iterations=-1), "'bilateral_iterations' to be a whole number"),
+    ],
+)
+def test_refuses_descriptions_that_make_no_sense(description, message):
+    with pytest.raises(WeightsError, match=rf"Expected {message}.*'here'\)\. Copy the weights again"):
+        build_network(description, DNFNet(**SMALL).state_dict(), "here")
+
+
+@pytest.mark.parametrize("state", [None, [], 3, {1: torch.zeros(1)}, {}, {"x": torch.zeros(1)}])
+def test_refuses_states_that_are_none(state):
+    with pytest.raises(WeightsError, match="here"):
+        build_network(described(), state, "here")
+
+
+def test_refuses_values_that_are_not_finite():
+    state = copy.deepcopy(DNFNet(**SMALL).state_dict())
+    state["heads.0.lins.0.weight"][0, 0] = float("nan")
+    with pytest.raises(WeightsError, match=r"finite values in tensor 'heads.0.lins.0.weight' \(got NaN"):
+        build_network(described(), state, "here")
+
+
+JSON = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5),
+    lambda inner: (
+        st.lists(inner, max_size=4) | st.dictionaries(st.sampled_from([*SMALL, "version", "x"]), inner, max_size=4)
+    ),
+    max_leaves=8,
+)
+
+
+@given(entry=st.sampled_from(["version", "network", "arguments", "noise_range", *SMALL]), value=JSON)
+def test_any_change_is_refused_or_builds_the_same_layers(entry, value):
+    description = described()
+    target = description["arguments"] if entry in SMALL else description
+    target[entry] = value
+    state = DNFNet(**SMALL).state_dict()
+    try:
+        net = build_network(description, state, "here")
+    except WeightsError:
+        return
+    torch.testing.assert_close(net.state_dict(), state, rtol=0, atol=0)

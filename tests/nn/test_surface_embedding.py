@@ -1,0 +1,43 @@
+import pytest
+import torch
+
+from dnf_pyg.nn import SurfaceEmbedding
+
+BATCH = torch.tensor([0] * 5 + [1] * 4)
+DEGREES = [4, 4, 3, 4, 4, 2, 4, 4, 1]
+
+
+def patches(make):
+    edge_index = make.random_edges(DEGREES, 4)
+    edge_index[0] += 5 * BATCH[edge_index[1]]
+    rank = torch.cat([torch.arange(degree) for degree in DEGREES])
+    order = torch.randperm(len(rank))  # the rank counts, not the order
+    return torch.nn.functional.normalize(torch.randn(9, 3), dim=1), edge_index[:, order], rank[order]
+
+
+@pytest.mark.parametrize("training", [False, True])
+def test_every_level_sees_places(training, loops, make):
+    """The reference lists the offset of each edge beside the features of its two faces."""
+    layer = make.scramble(SurfaceEmbedding((2, 3), (8, 16), 6)).train(training)
+    normal, edge_index, rank = patches(make)
+    place, size = torch.randn(9, 3), torch.randn(9, 1)
+    levels = [torch.cat([normal, size], dim=1)]
+    for level, (conv, attention) in enumerate(zip(layer.convs, layer.attentions, strict=True)):
+        neighbor, center = edge_index[:, rank < (2, 3)[level]]
+        x = levels[-1]
+        h = torch.cat([x[center], x[neighbor] - x[center], place[neighbor] - place[center]], dim=1)
+        h = torch.stack(loops.mlp_on_rows(conv.mlp, h))
+        h = torch.stack([h[center == i].amax(dim=0) for i in range(9)])
+        levels.append(loops.channel_attention(attention, h, BATCH))
+    x = torch.cat(levels, dim=1) @ layer.fuse.lins[0].weight.t() + layer.fuse.lins[0].bias
+    expected = torch.stack(loops.normalize(x, layer.fuse.norms[0].module)).clamp(min=0)
+    out = layer(levels[0], place, edge_index, rank, BATCH)
+    torch.testing.assert_close(out, expected, rtol=0, atol=1e-10)
+
+
+def test_moves_of_the_patch_do_not_matter(make):
+    layer = make.scramble(SurfaceEmbedding((2, 3), (8, 16), 6)).eval()
+    normal, edge_index, rank = patches(make)
+    x, place = torch.cat([normal, torch.randn(9, 1)], dim=1), torch.randn(9, 3)
+    moved = layer(x, place + torch.tensor([3.0, -2.0, 5.0]), edge_index, rank, BATCH)
+    torch.testing.assert_close(moved, layer(x, place, edge_index, rank, BATCH), rtol=0, atol=1e-9)
