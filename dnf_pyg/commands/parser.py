@@ -41,7 +41,7 @@ def option_parser(kind: type, prog: str) -> ArgumentParser:
         prog=prog,
         usage=" ".join([prog, *words, "[OPTIONS]"]),
         description=_description(kind),
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+        formatter_class=_HelpFormatter,
         exit_on_error=False,
         default_env=False,
         allow_abbrev=False,
@@ -76,11 +76,18 @@ def parse_options(parser: ArgumentParser, kind: type[T], words: Sequence[str]) -
         for field, *_ in _fields(kind):
             if "preset" in field.metadata and found[field.name]:
                 preset = dataclasses.asdict(field.metadata["preset"])
-                parser.set_defaults({name: value for name, value in preset.items() if name in found})
+                parser.set_defaults({name: _default(value) for name, value in preset.items() if name in found})
                 found = parser.parse_args(list(words))
     except argparse.ArgumentError as error:
         raise OptionError(_reason(str(error), parser, kind)) from error
     return _build(kind, found), found
+
+
+class _HelpFormatter(argparse.RawDescriptionHelpFormatter):
+    """Replaces the import path of a mapping by its names, so that it is imported only when the help is shown."""
+
+    def _get_help_string(self, action: argparse.Action) -> str:
+        return re.sub(r"<([\w.]+:\w+)>", lambda path: ", ".join(resolve_name(path[1])), action.help or "")
 
 
 def summary(kind: type) -> str:
@@ -114,22 +121,37 @@ def _build(kind: type[T], found: Namespace) -> T:
         elif field.name in found:
             value = found[field.name]
             values[field.name] = tuple(value) if isinstance(value, list) else value
+            _check_choices(field, values[field.name])
     return kind(**values)
+
+
+def _check_choices(field: dataclasses.Field, value: Any) -> None:
+    if "choices" not in field.metadata or value == field.default:
+        return
+    known = list(resolve_name(field.metadata["choices"]))
+    for name in value if isinstance(value, tuple) else (value,):
+        if name not in known:
+            raise OptionError(
+                f"Expected '{field.name}' to be one of {', '.join(known)} (got {name}). Choose one of these."
+            )
 
 
 def _argument(field: dataclasses.Field, hint: Any, text: str, positional: bool) -> dict[str, Any]:
     """Arguments of ``add_argument`` for a field."""
-    kind = _element(field, hint)
+    kind = _element(hint)
     required = field.default is dataclasses.MISSING
     if get_origin(kind) is Literal:
         text += f" One of {', '.join(get_args(kind))}."
+    if "choices" in field.metadata:
+        text += f" One of <{field.metadata['choices']}>."
     if not required and field.default is not False and field.default not in (None, (), float("inf")):
         text += f" Default: {' '.join(field.default) if isinstance(field.default, tuple) else field.default}."
     if kind is bool:
         return {"action": "store_true", "help": text}
+    kind = _number if kind is float else kind
     options: dict[str, Any] = {"type": kind, "help": text.replace("%", "%%"), "metavar": _metavar(field)}
     if not required:
-        options["default"] = field.default
+        options["default"] = _default(field.default)
     elif not positional:
         options["required"] = True
     if _is_many(hint):
@@ -139,10 +161,18 @@ def _argument(field: dataclasses.Field, hint: Any, text: str, positional: bool) 
     return options
 
 
-def _element(field: dataclasses.Field, hint: Any) -> Any:
-    """Type of one value of a field: without ``None``, and of the elements of a tuple."""
-    if "choices" in field.metadata:
-        return Literal[tuple(resolve_name(field.metadata["choices"]))]
+def _number(value: str | float) -> float:
+    """Read a number; that of jsonargparse does not know infinity."""
+    return float(value)
+
+
+def _default(value: Any) -> Any:
+    """Default in the form that jsonargparse takes, which fills lists in place."""
+    return list(value) if isinstance(value, tuple) else value
+
+
+def _element(hint: Any) -> Any:
+    """Type of one value: without ``None``, and of the elements of a tuple."""
     kind = get_args(hint)[0] if isinstance(hint, types.UnionType) else hint  # of ``kind | None``
     return get_args(kind)[0] if get_origin(kind) is tuple else kind
 
@@ -182,10 +212,11 @@ def _reason(message: str, parser: ArgumentParser, kind: type) -> str:
         return f"Expected an option of `{parser.prog}` (got {unknown[1]}). {remedy}"
     if missing := re.search(r"are required: (.*)|argument (.*): expected (?:one|at least one) argument", message):
         return f"Expected a value for {missing[1] or missing[2]} (got none). {help_hint}"
-    if wrong := re.search(r'Parser key "(\w+)".*(?:Got|Given) value: (.*)', message):
+    wrong = re.search(r'Parser key "(\w+)".*(?:Got|Given) value: (.*)', message)
+    if wrong := wrong or re.search(r"argument --(\w+): invalid _number value: '(.*)'", message):
         for field, hint, *_ in _fields(kind):
             if field.name == wrong[1]:
-                element = _element(field, hint)
+                element = _element(hint)
                 choices = get_args(element) if get_origin(element) is Literal else ()
                 noun = f"one of {', '.join(choices)}" if choices else _NOUNS.get(element, f"a {element}")
                 return f"Expected '{wrong[1]}' to be {noun} (got {wrong[2]}). {help_hint}"
