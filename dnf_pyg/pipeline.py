@@ -150,7 +150,7 @@ def denoise(
                 face,
                 replace(filtering, seed=filtering.seed + turn),
                 topology=topology,
-                progress=lambda done, total, turn=turn: report(turn * total + done, num_passes * total),
+                progress=_part(report, turn, num_passes),
                 watch=watch,
             )
             normal = fused.normal.double()
@@ -174,7 +174,17 @@ def denoise(
     for text in found:
         warnings.warn(text, DenoiseWarning, stacklevel=3)
     return DenoiseResult(
-        source.with_positions(final), final, source.face, *fused, noise_level, *num_flipped, watch.seconds, found
+        mesh=source.with_positions(final),
+        pos=final,
+        face=source.face,
+        normal=fused.normal,
+        coverage=fused.coverage,
+        confidence=fused.confidence,
+        noise_level=noise_level,
+        flipped_before=num_flipped[0],
+        flipped_after=num_flipped[1],
+        seconds=watch.seconds,
+        warnings=found,
     )
 
 
@@ -252,6 +262,11 @@ def _edges(batch: Batch, k: Sequence[int], wanted: Sequence[int] | None) -> list
         return None
     ranks = (evenly_spaced_ranks(most, min(most, few)) for most, few in zip(k, wanted, strict=True))
     return [select_ranks(batch.edge_index, batch.edge_attr, level) for level in ranks]
+
+
+def _part(report: Progress, turn: int, num_passes: int) -> Progress:
+    """Report the progress of one pass as that of a part of all passes."""
+    return lambda done, total: report(turn * total + done, num_passes * total)
 
 
 def _warnings(noise_level: float, noise_range: tuple[float, float] | None, num_flipped: int) -> list[str]:

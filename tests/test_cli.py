@@ -83,6 +83,7 @@ HEAVY = ("torch", "lightning", "trimesh", "numba", "matplotlib", "numpy", "scipy
     [
         ["--help"], ["--version"], ["configs"], ["configs", "demo"], ["weights"], ["denoise", "--help"], ["fit"],
         ["denoize"], ["experiment", "scor"], ["denoise", "a.obj", "--strenght", "1"], ["compare"],
+        ["make-shape", "blob"], ["experiment", "series", "noise-levels", "--dta"],
         ["denoise", "a.obj", "--strength", "2"], ["benchmark"],
     ],
     ids=" ".join,

@@ -1,6 +1,6 @@
 """The commands of ``dnf-pyg``; what a command works with is imported when it runs."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from dnf_pyg.commands import evaluation_options, options
 
@@ -15,7 +15,7 @@ class Command(NamedTuple):
         work: Import path of the function that takes it.
     """
 
-    options: type
+    options: type[Any]
     work: str
 
 

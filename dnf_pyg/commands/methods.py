@@ -60,9 +60,10 @@ def network_method(title: str, weights: str, options: EvaluationOptions) -> Netw
         WeightsError: If it cannot be loaded.
     """
     net = load_network(weights)
-    settings = {"filtering": options.filtering, "update": options.update, "num_passes": options.num_passes}
-    text = "".join(f", {name}={value}" for name, value in settings.items())
-    return NetworkMethod(title, partial(denoise, weights=net, **settings), f"denoise(weights={fingerprint(net)}{text})")
+    filtering, update, num_passes = options.filtering, options.update, options.num_passes
+    denoiser = partial(denoise, weights=net, filtering=filtering, update=update, num_passes=num_passes)
+    text = f"weights={fingerprint(net)}, filtering={filtering}, update={update}, num_passes={num_passes}"
+    return NetworkMethod(title, denoiser, f"denoise({text})")
 
 
 def methods_of(options: MethodOptions) -> list[Method]:

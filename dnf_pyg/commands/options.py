@@ -197,7 +197,7 @@ class MakeShapeOptions:
     """Make a clean mesh in code, to try things on.
 
     Examples:
-        dnf-pyg make-shape cad -o clean.obj --faces 20000 --seed 2
+        dnf-pyg make-shape bracket -o clean.obj --faces 20000 --seed 2
 
     Args:
         kind: Kind of shape; its details are drawn at random.

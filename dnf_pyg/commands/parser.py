@@ -117,7 +117,7 @@ def _build(kind: type[T], found: Namespace) -> T:
     hints, values = get_type_hints(kind), {}
     for field in dataclasses.fields(kind):  # type: ignore[arg-type]
         if dataclasses.is_dataclass(hints[field.name]):
-            values[field.name] = _build(hints[field.name], found)  # type: ignore[arg-type]
+            values[field.name] = _build(hints[field.name], found)
         elif field.name in found:
             value = found[field.name]
             values[field.name] = tuple(value) if isinstance(value, list) else value

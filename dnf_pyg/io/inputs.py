@@ -116,7 +116,8 @@ def save_mesh(mesh: Any, pos: Tensor, face: Tensor, path: str | Path) -> None:
     path = Path(path)
     check_suffix(path)
     if isinstance(mesh, trimesh.Scene):
-        write_files(export(mesh, path))
+        scene: Any = mesh  # trimesh exports both alike
+        write_files(export(scene, path))
     elif isinstance(mesh, MeshFile | trimesh.Trimesh):
         write_mesh(mesh, pos, path)
     else:
@@ -137,7 +138,8 @@ def _from_arrays(vertices: Any, faces: Any, with_positions: Callable[[Tensor], A
 
 def _from_pair(mesh: tuple[Any, Any] | list[Any]) -> MeshInput:
     vertices, faces = mesh
-    return _from_arrays(vertices, faces, lambda pos: type(mesh)((_like(pos, vertices), faces)))
+    rebuild = list if isinstance(mesh, list) else tuple
+    return _from_arrays(vertices, faces, lambda pos: rebuild((_like(pos, vertices), faces)))
 
 
 def _from_data(mesh: Data) -> MeshInput:
@@ -158,7 +160,7 @@ def _from_scene(scene: trimesh.Scene) -> MeshInput:
     placing: dict[str, NDArray[np.float64]] = {}
     for node in scene.graph.nodes_geometry:
         matrix, name = scene.graph[node]
-        placing.setdefault(name, matrix)
+        placing.setdefault(str(name), matrix)
     parts = {name: part for name, part in scene.geometry.items() if isinstance(part, trimesh.Trimesh)}
     vertices = [np.empty((0, 3))]
     faces = [np.empty((0, 3), dtype=np.int64)]

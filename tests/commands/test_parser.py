@@ -95,7 +95,7 @@ def test_config_file_has_the_same_names(tmp_path):
         (["a", "-o", "c", "--size"], r"Expected a value for --size \(got none\)"),
         (
             ["a", "-o", "c", "--size", "2.5"],
-            r"^Expected 'size' to be a whole number \(got 2.5\). See `program --help`.$",
+            r"^Expected 'size' to be a whole number \(got 2.5\). See `prog.* --help`.$",
         ),
         (["a", "-o", "c", "--share", "half"], r"'share' to be a number \(got half\)"),
         (["a", "-o", "c", "--names", "one", "six"], r"'names' to be one of one, two \(got six\)"),
