@@ -9,7 +9,9 @@ from dnf_pyg.errors import (
     DNFError,
     MeshError,
     MeshFileError,
+    MeshFileWarning,
     OptionError,
+    OutputError,
     WeightsError,
 )
 from dnf_pyg.options import FAST, FilterOptions, UpdateOptions
@@ -29,7 +31,9 @@ __all__ = [
     "FilterOptions",
     "MeshError",
     "MeshFileError",
+    "MeshFileWarning",
     "OptionError",
+    "OutputError",
     "UpdateOptions",
     "WeightsError",
     "__version__",

@@ -13,7 +13,7 @@ import dnf_pyg
 from dnf_pyg.commands import COMMANDS, LIGHTNING
 from dnf_pyg.commands.parser import option_parser, parse_options, summary
 from dnf_pyg.commands.terminal import tell
-from dnf_pyg.errors import DenoiseWarning, DNFError, OptionError
+from dnf_pyg.errors import DenoiseWarning, DNFError, MeshFileWarning, OptionError
 
 __all__ = ["main"]
 
@@ -45,6 +45,7 @@ def main(args: Sequence[str] | None = None) -> int:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", DenoiseWarning)  # commands report them themselves, with the mesh
+            warnings.simplefilter("always", MeshFileWarning)
             warnings.showwarning = _show_warning
             _run(words)
         sys.stdout.flush()  # a reader that has gone is noticed here, not at exit

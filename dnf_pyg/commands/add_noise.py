@@ -14,7 +14,8 @@ def run(options: AddNoiseOptions) -> None:
     """Read, move the vertices, write.
 
     Raises:
-        MeshFileError: If the mesh cannot be read, or the output exists already.
+        MeshFileError: If the mesh cannot be read.
+        OutputError: If the output exists already, or cannot be written.
     """
     check_output(options.output, overwrite=options.overwrite)
     mesh = read_mesh(options.clean)

@@ -3,29 +3,14 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-import torch
-
-import dnf_pyg
 from dnf_pyg.commands import methods
 from dnf_pyg.commands.evaluation_options import BenchmarkOptions
 from dnf_pyg.commands.terminal import tell
 from dnf_pyg.datasets.pairing import find_test_folder, pair_meshes
 from dnf_pyg.errors import DataError
-from dnf_pyg.evaluate.benchmark import (
-    Failure,
-    Method,
-    OutputFolder,
-    Result,
-    Row,
-    draw_plots,
-    markdown,
-    summarize,
-    write_csv,
-    write_json,
-)
+from dnf_pyg.evaluate.benchmark import Method, OutputFolder, Result, summary_table, write_results
 from dnf_pyg.io import MeshFile, read_mesh, write_mesh
-from dnf_pyg.io.atomic import write_bytes
-from dnf_pyg.view.report import draw_meshes
+from dnf_pyg.view import draw_meshes
 
 __all__ = ["run"]
 
@@ -42,11 +27,12 @@ def run(options: BenchmarkOptions) -> None:
     published = methods.published_rows(options.published, pairs)
     methods.check_titles(compared, published)
     meshes = _MeshFolder(options.output, options.keep)
-    rows, failures = methods.run_methods(pairs, compared, options.output, deliver=meshes.write, delivered=meshes.has)
-    text = _write(options, "/".join(folder.parts[-2:]), [*rows, *published], failures)
+    rows, failures = methods.run_methods(pairs, compared, options.output, meshes)
+    rows += published
+    write_results(options.output, "/".join(folder.parts[-2:]), rows, failures, options.filtering.seed)
     for noisy, clean in pairs:
         meshes.draw(noisy, clean, [method.name for method in compared])
-    tell(*text.split("## Summary\n\n")[1].split("\n\n## ")[0].splitlines())
+    tell(*summary_table(rows).splitlines())
     if failures:
         first = failures[0]
         raise DataError(
@@ -60,25 +46,6 @@ def _output_folder(word: str) -> OutputFolder:
     if not Path(folder).is_dir() or not folder:
         raise DataError(f"Expected TITLE=FOLDER for --outputs (got '{word}'). Name a folder of meshes.")
     return OutputFolder(title, Path(folder))
-
-
-def _write(options: BenchmarkOptions, name: str, rows: Sequence[Row], failures: Sequence[Failure]) -> str:
-    """Write tables and plots, and return the text of the markdown tables."""
-    own = dict.fromkeys(row.method for row in rows if row.vertex_error is not None)
-    facts = {
-        "data": name,
-        "seed": options.filtering.seed,
-        "versions": {"dnf_pyg": dnf_pyg.__version__, "torch": torch.__version__},
-        "num_threads": torch.get_num_threads(),
-        "failures": [vars(failure) for failure in failures],
-        "summary": {method: summarize([row for row in rows if row.method == method], name) for method in own},
-    }
-    text = markdown(f"Benchmark on {name}", rows, failures, torch.get_num_threads())
-    write_bytes(options.output / "results.md", text.encode())
-    write_json(options.output / "results.json", rows, facts)
-    write_csv(options.output / "results.csv", rows)
-    draw_plots(options.output, rows)
-    return text
 
 
 class _MeshFolder:

@@ -2,6 +2,7 @@
 
 from dataclasses import KW_ONLY, dataclass, field
 from pathlib import Path
+from typing import Literal
 
 from dnf_pyg.options import DEFAULT_WEIGHTS, FilterOptions, UpdateOptions, check_range, expert
 
@@ -49,14 +50,15 @@ class MethodOptions(EvaluationOptions):
     Args:
         weights: Networks to compare: checkpoints, folders, or names of packaged weights, each with a title if wanted.
         baselines: Classical filters to compare with; none if no name follows.
-        filter_iterations: Iterations of the vertex update after a classical filter.
+        filter_update: Vertex update after a classical filter: that of the networks, as in the paper, or the filter's
+            own, with a fixed number of iterations.
     """
 
     weights: tuple[str, ...] = field(default=(DEFAULT_WEIGHTS,), metadata={"metavar": "[TITLE=]WEIGHTS"})
     baselines: tuple[str, ...] = field(
         default=("BNF", "GNF"), metadata={"metavar": "NAME", "choices": "dnf_pyg.evaluate.baselines:BASELINES"}
     )
-    filter_iterations: int = expert(20)
+    filter_update: Literal["shared", "own"] = expert("shared")
 
 
 @dataclass(frozen=True, kw_only=True)

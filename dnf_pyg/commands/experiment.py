@@ -12,8 +12,7 @@ from dnf_pyg.commands.terminal import tell
 from dnf_pyg.datasets.pairing import find_test_folder, pair_meshes
 from dnf_pyg.errors import DataError
 from dnf_pyg.evaluate.benchmark import Failure
-from dnf_pyg.evaluate.experiments import CASES, SERIES, write_ablation, write_scores, write_series
-from dnf_pyg.evaluate.experiments.ablation import PAPER_MESHES
+from dnf_pyg.evaluate.experiments import CASES, PAPER_MESHES, SERIES, write_ablation, write_scores, write_series
 
 __all__ = ["ablation", "find_run", "scores", "series"]
 

@@ -1,6 +1,5 @@
 """Write a checkpoint as a folder of weights to be released."""
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -8,7 +7,7 @@ from dnf_pyg.commands.options import ExportOptions
 from dnf_pyg.commands.terminal import tell
 from dnf_pyg.commands.weights import release_lines
 from dnf_pyg.errors import DataError, WeightsError
-from dnf_pyg.evaluate.benchmark import Row, summarize
+from dnf_pyg.evaluate.benchmark import read_results, summarize
 from dnf_pyg.weights.load import load_network
 from dnf_pyg.weights.release import fingerprint, write_release
 
@@ -39,14 +38,8 @@ def run(options: ExportOptions) -> None:
 
 def _measured(path: Path, weights: str) -> dict[str, Any]:
     """Means over the rows measured with the weights of this fingerprint."""
-    try:
-        content = json.loads(_text(path))
-        rows = [Row(**row) for row in content["rows"] if f"weights={weights}," in row["parameters"]]
-        data = content["data"]
-    except (ValueError, LookupError, TypeError) as error:
-        raise DataError(
-            f"Expected results.json of `dnf-pyg benchmark` (got '{path}': {error}). Give the file that it wrote."
-        ) from error
+    results, data = read_results(path)
+    rows = [row for row in results if f"weights={weights}," in row.parameters]
     if not rows:
         raise WeightsError(f"Expected results of the weights {weights} in '{path}' (got none). Benchmark them first.")
     return summarize([row for row in rows if row.method == rows[0].method], data)

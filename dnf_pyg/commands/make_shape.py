@@ -15,7 +15,7 @@ def run(options: MakeShapeOptions) -> None:
     """Make and write one shape.
 
     Raises:
-        MeshFileError: If the output exists already, or cannot be written.
+        OutputError: If the output exists already, or cannot be written.
     """
     check_output(options.output, overwrite=options.overwrite)
     pos, face = SHAPES[options.kind](torch.Generator().manual_seed(options.seed), options.faces)

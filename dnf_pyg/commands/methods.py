@@ -1,7 +1,7 @@
 """Methods that are measured on a test set, and running them behind a progress bar."""
 
 import fnmatch
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
 from itertools import count
 from pathlib import Path
@@ -17,15 +17,15 @@ from dnf_pyg.evaluate.benchmark import (
     Failure,
     Method,
     NetworkMethod,
-    Result,
     Row,
     RowLog,
+    Store,
+    VertexUpdate,
     read_published,
     run_benchmark,
 )
-from dnf_pyg.io import MeshFile
 from dnf_pyg.pipeline import denoise
-from dnf_pyg.weights.load import load_network
+from dnf_pyg.weights import load_network
 from dnf_pyg.weights.release import fingerprint
 
 __all__ = [
@@ -73,8 +73,9 @@ def methods_of(options: MethodOptions) -> list[Method]:
         WeightsError: If a network cannot be loaded.
     """
     networks = [network_method(*split_title(word), options) for word in options.weights]
-    filters = [ClassicalMethod(name, BASELINES[name](options.filter_iterations)) for name in options.baselines]
-    return [*networks, *filters]
+    shared = VertexUpdate(options.update.num_iterations, options.update.max_correlation)
+    update = shared if options.filter_update == "shared" else None
+    return [*networks, *(ClassicalMethod(name, BASELINES[name](), update) for name in options.baselines)]
 
 
 def check_titles(methods: Sequence[Method], published: Sequence[Row] = ()) -> None:
@@ -118,12 +119,7 @@ def matches(name: str, patterns: Sequence[str]) -> bool:
 
 
 def run_methods(
-    pairs: Sequence[Pair],
-    methods: Sequence[Method],
-    output: Path,
-    *,
-    deliver: Callable[[MeshFile, Method, Result], None] | None = None,
-    delivered: Callable[[str, Method], bool] = lambda noisy, method: True,
+    pairs: Sequence[Pair], methods: Sequence[Method], output: Path, store: Store | None = None
 ) -> tuple[list[Row], list[Failure]]:
     """Call :func:`~dnf_pyg.evaluate.benchmark.run_benchmark` behind a progress bar, with its log in a folder."""
     output.mkdir(parents=True, exist_ok=True)
@@ -135,4 +131,4 @@ def run_methods(
             bar.set_description(printable(text), refresh=False)
             bar.update(next(started) - bar.n)
 
-        return run_benchmark(pairs, methods, log, progress=progress, deliver=deliver, delivered=delivered)
+        return run_benchmark(pairs, methods, log, store=store, progress=progress)

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from dnf_pyg.errors import MeshFileError
+from dnf_pyg.errors import OutputError
 from dnf_pyg.io import SUFFIXES
 from dnf_pyg.io.atomic import check_writable
 
@@ -18,17 +18,17 @@ def check_output(path: Path, *, overwrite: bool, suffixes: tuple[str, ...] = SUF
         suffixes: Endings that its format may have.
 
     Raises:
-        MeshFileError: If its ending is another, its folder is missing or not writable, or it exists already.
+        OutputError: If its ending is another, its folder is missing or not writable, or it exists already.
 
     Example:
         >>> check_output(Path("mesh.docx"), overwrite=False)
         Traceback (most recent call last):
-        dnf_pyg.errors.MeshFileError: Expected an output ending in ... (got 'mesh.docx'). Choose one of these endings.
+        dnf_pyg.errors.OutputError: Expected an output ending in ... (got 'mesh.docx'). Choose one of these endings.
     """
     if path.suffix.lower() not in suffixes:
-        raise MeshFileError(
+        raise OutputError(
             f"Expected an output ending in {', '.join(suffixes)} (got '{path}'). Choose one of these endings."
         )
     check_writable(path)
     if path.exists() and not overwrite:
-        raise MeshFileError(f"Expected a new output file (got '{path}', which exists). Add --overwrite to replace it.")
+        raise OutputError(f"Expected a new output file (got '{path}', which exists). Add --overwrite to replace it.")

@@ -10,6 +10,7 @@ from typing import Any
 
 from lightning.pytorch import Callback, LightningModule, Trainer
 
+from dnf_pyg.commands.class_policy import restrict_classes
 from dnf_pyg.commands.options import PredictOptions
 from dnf_pyg.commands.outcome import Outcome, outcome_text
 from dnf_pyg.commands.parser import option_parser, parse_options
@@ -53,7 +54,7 @@ def run(words: Sequence[str]) -> None:
     others = set(inspect.signature(Trainer).parameters) - _WHERE
     parser.add_class_arguments(Trainer, "trainer", instantiate=False, skip=others)
     parser.set_defaults({"trainer.enable_progress_bar": sys.stderr.isatty()})
-    options, found = parse_options(parser, PredictOptions, words[1:])
+    options, found = parse_options(parser, PredictOptions, restrict_classes(words[1:]))
     module = MeshDenoisingModule(load_network(options.weights), options.filtering, options.update, options.num_passes)
     files = MeshFilesDataModule([str(path) for path in options.input], str(options.output), options.overwrite)
     logging.getLogger("lightning.pytorch.utilities.rank_zero").addFilter(_is_needed)

@@ -38,7 +38,7 @@ LANES = [
         (1, "other filters", "dnf_pyg.evaluate.baselines"),
         (2, "θ and E_v", "dnf_pyg.evaluate.metrics"),
         (3, "tables, plots; the paper's own in experiments", "dnf_pyg.evaluate.benchmark"),
-        (4, "pictures and the 3D page", "dnf_pyg.view.report"),
+        (4, "pictures and the 3D page", "dnf_pyg.view"),
         (5, "cards of released weights", "dnf_pyg.weights.release"),
     ]),
 ]  # fmt: skip

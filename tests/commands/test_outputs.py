@@ -1,7 +1,7 @@
 import pytest
 
 from dnf_pyg.commands.outputs import check_output
-from dnf_pyg.errors import MeshFileError
+from dnf_pyg.errors import OutputError
 
 
 def test_new_and_overwritten_files(tmp_path):
@@ -21,5 +21,5 @@ def test_new_and_overwritten_files(tmp_path):
 )
 def test_refused(tmp_path, name, text):
     (tmp_path / "a.ply").touch()
-    with pytest.raises(MeshFileError, match=text):
+    with pytest.raises(OutputError, match=text):
         check_output(tmp_path / name, overwrite=False)

@@ -9,20 +9,19 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from dnf_pyg.evaluate.baselines.filtered import FilteredMesh
-from dnf_pyg.mesh.adjacency import edge_adjacent
-from dnf_pyg.mesh.geometry import face_areas, face_centroids, filled_face_normals
-from dnf_pyg.mesh.topology import Topology
-from dnf_pyg.mesh.validate import validate_mesh
+from dnf_pyg.mesh import Topology, edge_adjacent, face_areas, face_centroids, filled_face_normals, validate_mesh
 from dnf_pyg.mesh.vertex_update import update_vertices
 
-__all__ = ["BilateralNormalFilter", "mean_centroid_distance"]
+__all__ = ["BilateralNormalFilter", "average_normals", "mean_centroid_distance", "spatial_weights"]
 
 Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Shorts = NDArray[np.int32]
 
 
 @dataclass(frozen=True)
 class BilateralNormalFilter:
-    r"""Average each normal with those around it, the more the nearer and the more alike they are; repeat.
+    r"""Average the normals around each face, weighted by their distance and similarity, repeatedly.
 
     .. math::
         \mathbf{n}_i \leftarrow \Lambda\Big(\sum_{j \in \mathcal{N}(i)} A_j
@@ -60,44 +59,38 @@ class BilateralNormalFilter:
     def __call__(self, pos: Tensor, face: Tensor) -> FilteredMesh:
         """Denoise vertex positions (V, 3) of a mesh with faces (3, F)."""
         validate_mesh(pos, face)
-        ptr, neighbor = Topology(face, pos.size(0)).one_ring
+        topology = Topology(face, pos.size(0))
         normal = filled_face_normals(pos.double(), face).numpy()
         centroid = face_centroids(pos.double(), face).numpy()
         area = face_areas(pos.double(), face).numpy()
         sigma = mean_centroid_distance(centroid, edge_adjacent(face).numpy())
-        weight = spatial_weights(ptr, neighbor, centroid, area, sigma)
+        weight = spatial_weights(*topology.one_ring, centroid, area, sigma)
         for _ in range(self.num_iterations):
-            normal = average_normals(ptr, neighbor, weight, normal, normal, self.sigma_range)
+            normal = average_normals(*topology.one_ring, weight, normal, normal, self.sigma_range)
         filtered = torch.from_numpy(normal).to(pos.dtype)
-        return FilteredMesh(update_vertices(pos, face, filtered, self.num_vertex_iterations), filtered)
+        moved = update_vertices(pos, face, filtered, self.num_vertex_iterations, topology=topology)
+        return FilteredMesh(moved, filtered)
 
 
-def mean_centroid_distance(centroid: Floats, adjacent: NDArray[np.int64]) -> float:
+def mean_centroid_distance(centroid: Floats, adjacent: Ints) -> float:
     """Mean distance of the centroids (F, 3) of faces that share an edge, pairs (2, E); 1 if there is none."""
     distance = np.linalg.norm(centroid[adjacent[0]] - centroid[adjacent[1]], axis=-1)
     return float(distance.mean()) or 1.0 if len(distance) else 1.0
 
 
 @njit(cache=True, nogil=True)
-def spatial_weights(
-    ptr: NDArray[np.int64], neighbor: NDArray[np.int32], centroid: Floats, area: Floats, sigma: float
-) -> Floats:
+def spatial_weights(ptr: Ints, neighbor: Shorts, centroid: Floats, area: Floats, sigma: float) -> Floats:
     """Area of each neighbour times a Gaussian of its distance, in the order of ``neighbor``."""
     weight = np.empty(len(neighbor))
     for i in range(len(ptr) - 1):
         for entry in range(ptr[i], ptr[i + 1]):
             j = neighbor[entry]
-            square = 0.0
-            for axis in range(3):
-                square += (centroid[i, axis] - centroid[j, axis]) ** 2
-            weight[entry] = area[j] * np.exp(-square / (2 * sigma * sigma))
+            weight[entry] = area[j] * np.exp(-square_distance(centroid, i, j) / (2 * sigma * sigma))
     return weight
 
 
 @njit(cache=True, nogil=True)
-def average_normals(
-    ptr: NDArray[np.int64], neighbor: NDArray[np.int32], weight: Floats, normal: Floats, guide: Floats, sigma: float
-) -> Floats:
+def average_normals(ptr: Ints, neighbor: Shorts, weight: Floats, normal: Floats, guide: Floats, sigma: float) -> Floats:
     """Mean of the neighbours' normals, weighted by ``weight`` and a Gaussian of the difference of the guides.
 
     A face whose weighted sum is zero keeps its normal.
@@ -107,16 +100,26 @@ def average_normals(
         x = y = z = 0.0
         for entry in range(ptr[i], ptr[i + 1]):
             j = neighbor[entry]
-            square = 0.0
-            for axis in range(3):
-                square += (guide[i, axis] - guide[j, axis]) ** 2
-            share = weight[entry] * np.exp(-square / (2 * sigma * sigma))
+            share = weight[entry] * np.exp(-square_distance(guide, i, j) / (2 * sigma * sigma))
             x += share * normal[j, 0]
             y += share * normal[j, 1]
             z += share * normal[j, 2]
-        length = np.sqrt(x * x + y * y + z * z)
-        if length > 0:
-            filtered[i, 0], filtered[i, 1], filtered[i, 2] = x / length, y / length, z / length
-        else:
-            filtered[i] = normal[i]
+        set_unit(filtered, i, x, y, z, normal)
     return filtered
+
+
+@njit(cache=True, nogil=True)
+def square_distance(vector: Floats, i: int, j: int) -> float:
+    """Squared distance of two rows."""
+    x, y, z = vector[i, 0] - vector[j, 0], vector[i, 1] - vector[j, 1], vector[i, 2] - vector[j, 2]
+    return x * x + y * y + z * z
+
+
+@njit(cache=True, nogil=True)
+def set_unit(out: Floats, i: int, x: float, y: float, z: float, otherwise: Floats) -> None:
+    """Set a row to the direction of a vector, or to the row of ``otherwise`` where the vector is zero."""
+    length = np.sqrt(x * x + y * y + z * z)
+    if length > 0:
+        out[i, 0], out[i, 1], out[i, 2] = x / length, y / length, z / length
+    else:
+        out[i] = otherwise[i]
