@@ -14,7 +14,7 @@ LANES = [
         (1, "check, weld copies, find the noise level", "dnf_pyg.pipeline"),
         (2, "cover the mesh with patches", "dnf_pyg.patches.seeds"),
         (3, "filter the normals of each patch", "dnf_pyg.nn.dnf_net"),
-        (4, "fuse overlapping normals", "dnf_pyg.filtering"),
+        (4, "fuse overlapping normals", "dnf_pyg.patches.fusion"),
         (5, "move vertices to fit, write the file", "dnf_pyg.mesh.vertex_update"),
     ]),
     ("Network: one batch of patches", 188, [
