@@ -31,7 +31,7 @@ def remesh(
         mesh: Mesh from :func:`contour`.
         size: Wanted edge length, model units: a number, or a function of positions (V, 3).
         num_rounds: Number of rounds; up to four more follow while a few faces point away from their surfaces.
-        relaxation: Share of the way to the neighbours' mean that vertices move in each round; 0 for irregular triangles.
+        relaxation: Share of the way to the neighbours' mean that vertices move in each round; 0 keeps them irregular.
         generator: Source of the order in which edges collapse.
     """
     pos, face, label = (x.numpy() for x in (mesh.pos, mesh.face.t().contiguous(), mesh.label))
