@@ -1,4 +1,4 @@
-"""Mesh files to denoise, shared among processes."""
+"""Mesh files to denoise, split among the processes."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -15,14 +15,14 @@ __all__ = ["MeshFilesDataModule", "equal_shares"]
 
 
 def equal_shares(sizes: Sequence[int], num_shares: int) -> list[list[int]]:
-    """Deal out items so that the shares are of nearly equal size: the largest first, each to the smallest share.
+    """Split items into shares of nearly equal size: the largest item first, each into the smallest share.
 
     Args:
         sizes: Size of each item.
         num_shares: Number of shares.
 
     Returns:
-        Items of each share, by number, the largest first.
+        Rows of the items of each share, the largest item first.
 
     Example:
         >>> equal_shares([1, 5, 4, 2], num_shares=2)
@@ -38,36 +38,35 @@ def equal_shares(sizes: Sequence[int], num_shares: int) -> list[list[int]]:
 
 
 class MeshFilesDataModule(LightningDataModule):
-    """Serve pairs of input and output paths to ``Trainer.predict``; every process gets a share of equal size.
+    """Serve pairs of input and output paths to ``Trainer.predict``; each process gets a share of equal size.
 
     Args:
         inputs: Mesh files and folders of them.
         output: Folder for the results, which get the names of the inputs.
-        overwrite: Do inputs again whose output is there already.
+        overwrite: Denoise inputs again whose output exists.
 
     Raises:
         DataError: If the results would replace the inputs.
-        MeshFileError: If nothing can be written to the output; for the inputs see
-            :func:`~dnf_pyg.io.find_meshes`.
+        MeshFileError: If the output is not writable; for the inputs see :func:`~dnf_pyg.io.find_meshes`.
     """
 
     def __init__(self, inputs: Sequence[str], output: str, overwrite: bool = False) -> None:
         super().__init__()
-        self.save_hyperparameters()
+        self.overwrite = overwrite
         check_writable(Path(output) / "result")
         self._pairs = [(path, Path(output) / path.name) for path in find_meshes(Path(path) for path in inputs)]
         same = [str(source) for source, target in self._pairs if source.resolve() == target.resolve()]
         if same:
-            raise DataError(f"Expected another folder for the results (got that of '{same[0]}'): choose a new one")
+            raise DataError(f"Expected another folder for the results (got that of '{same[0]}'). Choose a new one.")
 
     @property
     def num_files(self) -> int:
-        """Inputs, those that are done already included."""
+        """Number of inputs, also of those whose output exists."""
         return len(self._pairs)
 
     def setup(self, stage: str) -> None:
-        """Leave out what is done, as the first process sees it, and keep the share of this process."""
-        todo = [pair for pair in self._pairs if self.hparams.overwrite or not pair[1].exists()]
+        """Leave out inputs whose output exists, as the first process sees it, and keep the share of this process."""
+        todo = [pair for pair in self._pairs if self.overwrite or not pair[1].exists()]
         if len(todo) < len(self._pairs):
             rank_zero_info(f"{len(self._pairs) - len(todo)} of {len(self._pairs)} outputs already there, skipped")
         rank, num_processes = 0, 1
@@ -78,5 +77,5 @@ class MeshFilesDataModule(LightningDataModule):
         self._share = [todo[item] for item in equal_shares(sizes, num_processes)[rank]]
 
     def predict_dataloader(self) -> DataLoader:
-        """Pairs of input and output path, one at a time, the largest input first."""
+        """Serve pairs of input and output path, one at a time, the largest input first."""
         return DataLoader(self._share, batch_size=None, collate_fn=lambda pair: pair)

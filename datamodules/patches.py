@@ -105,7 +105,7 @@ class PatchDataModule(LightningDataModule, ABC):
         stage: Any = "fit"
         if self.trainer is not None:
             stage = self.trainer.state.fn
-            net = getattr(self.trainer.lightning_module, "net", None)
+            net: Any = getattr(self.trainer.lightning_module, "net", None)
             if getattr(self.trainer, "datamodule", None) is self and hasattr(net, "k"):
                 self.check_neighbors(max(net.k))
         self.make_meshes()

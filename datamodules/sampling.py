@@ -1,4 +1,4 @@
-"""Order and randomness of training items as functions of seed and epoch: the same on any number of processes."""
+"""Samplers whose order and random numbers depend on seed and epoch only, the same on any number of processes."""
 
 from collections.abc import Callable, Iterator
 
@@ -10,15 +10,15 @@ __all__ = ["EpochSampler", "SeededItems", "ShareSampler"]
 
 
 class EpochSampler(DistributedSampler):
-    """Shuffle by seed and epoch, share out over the processes, and start where a resumed run stopped.
+    """Shuffle by seed and epoch, split the items among the processes, and start where a resumed run stopped.
 
     Yields pairs (epoch, item) for :class:`SeededItems`.
 
     Args:
         dataset: Data set to draw from.
-        seed: Start of the random order.
-        progress: Tells the number of the epoch, and how many batches of it a resumed run has done; these are left out
-            the first time. A data set that is shorter than the epoch has begun again as often as it takes.
+        seed: Seed of the random order.
+        progress: Returns the number of the epoch, and how many batches of it a resumed run has done; these are skipped
+            the first time. A data set that is shorter than the epoch has been repeated.
         batch_size: Items of this process per batch.
 
     Example:
@@ -36,7 +36,7 @@ class EpochSampler(DistributedSampler):
         self.resuming = True
 
     def __iter__(self) -> Iterator[tuple[int, int]]:
-        """Pairs of epoch and item."""
+        """Yield pairs of epoch and item."""
         epoch, done = self.progress()
         self.set_epoch(epoch)
         items = list(super().__iter__())
@@ -48,11 +48,11 @@ class EpochSampler(DistributedSampler):
 
 
 class SeededItems(Dataset):
-    """Serve items of a data set whose random parts depend on seed, epoch and item only.
+    """Items of a data set whose random parts depend on seed, epoch and item only.
 
     Args:
-        dataset: Data set that draws noise, rotations and the like from torch's global generator.
-        seed: Start of the random numbers.
+        dataset: Data set that draws noise, rotations and the like from the global generator of torch.
+        seed: Seed of the random numbers.
 
     Example:
         >>> class Noise(Dataset):
@@ -71,7 +71,7 @@ class SeededItems(Dataset):
         return len(self.dataset)  # type: ignore[arg-type]
 
     def __getitem__(self, place: tuple[int, int]) -> Data:
-        """Item of an epoch."""
+        """Serve one item of an epoch."""
         epoch, item = place
         with torch.random.fork_rng(devices=[]):
             torch.manual_seed((self.seed * 1_000_003 + epoch) * 1_000_003 + item)
@@ -79,7 +79,7 @@ class SeededItems(Dataset):
 
 
 class ShareSampler(DistributedSampler):
-    """Share items out over the processes in order, each once: no padding that a metric would count twice.
+    """Split the items among the processes in order, without the padding that a metric would count twice.
 
     Args:
         dataset: Data set to draw from.
@@ -93,7 +93,7 @@ class ShareSampler(DistributedSampler):
         super().__init__(dataset, *_processes(), shuffle=False)
 
     def __iter__(self) -> Iterator[int]:
-        """Every item of this process."""
+        """Yield the items of this process."""
         return iter(range(self.rank, len(self.dataset), self.num_replicas))  # type: ignore[arg-type]
 
     def __len__(self) -> int:
@@ -101,7 +101,7 @@ class ShareSampler(DistributedSampler):
 
 
 def _processes() -> tuple[int, int]:
-    """Number of processes, and which of them this is."""
+    """Return the number of processes and the rank of this one."""
     distributed = torch.distributed
     if not (distributed.is_available() and distributed.is_initialized()):
         return 1, 0

@@ -7,7 +7,7 @@ __version__ = "0.1.0"
 # Threads of torch that wait soon sleep: spinning for long stalls everything where other programs want the cores.
 os.environ.setdefault("GOMP_SPINCOUNT", "30000")
 
-from dnf_pyg.errors import DataError, DNFError, MeshError, MeshFileError, WeightsError
+from dnf_pyg.errors import DataError, DNFError, MeshError, MeshFileError, MeshFileWarning, OutputError, WeightsError
 from dnf_pyg.pipeline import FAST, DenoiseResult, denoise
 from dnf_pyg.weights.load import load_network, packaged_weights
 
@@ -18,6 +18,8 @@ __all__ = [
     "DenoiseResult",
     "MeshError",
     "MeshFileError",
+    "MeshFileWarning",
+    "OutputError",
     "WeightsError",
     "__version__",
     "denoise",

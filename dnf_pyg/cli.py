@@ -4,12 +4,13 @@ import argparse
 import io
 import os
 import sys
+import warnings
 from collections.abc import Sequence
-from typing import NoReturn
+from typing import Any, NoReturn
 
 import dnf_pyg
 from dnf_pyg.commands import COMMANDS, LIGHTNING
-from dnf_pyg.errors import DNFError
+from dnf_pyg.errors import DNFError, MeshFileWarning
 
 __all__ = ["main"]
 
@@ -30,6 +31,14 @@ def main(args: Sequence[str] | None = None) -> int:
     words = list(sys.argv[1:] if args is None else args)
     if sys.stdout is None:  # closed by the caller
         sys.stdout = io.StringIO()
+    with warnings.catch_warnings():
+        warnings.simplefilter("always", MeshFileWarning)
+        warnings.showwarning = _show_warning
+        return _run(words)
+
+
+def _run(words: list[str]) -> int:
+    """Run one command line and turn what is wrong with it into a line on stderr and a status."""
     try:
         if words and words[0] in LIGHTNING:
             LIGHTNING[words[0]][0].run(words)
@@ -47,6 +56,12 @@ def main(args: Sequence[str] | None = None) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # what is left to write goes nowhere
         return 141
     return 0
+
+
+def _show_warning(message: Warning | str, category: type[Warning], *where: Any) -> None:
+    """Print a warning of ours as one line, and any other with its place in the source."""
+    ours = issubclass(category, MeshFileWarning)
+    sys.stderr.write(f"warning: {message}\n" if ours else warnings.formatwarning(message, category, *where[:2]))
 
 
 class _Parser(argparse.ArgumentParser):

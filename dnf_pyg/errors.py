@@ -1,6 +1,14 @@
 """Errors that a user can cause; the command line shows each as one line and exits with 2."""
 
-__all__ = ["DNFError", "DataError", "MeshError", "MeshFileError", "WeightsError"]
+__all__ = [
+    "DNFError",
+    "DataError",
+    "MeshError",
+    "MeshFileError",
+    "MeshFileWarning",
+    "OutputError",
+    "WeightsError",
+]
 
 
 class DNFError(Exception):
@@ -12,7 +20,15 @@ class MeshError(DNFError, ValueError):
 
 
 class MeshFileError(DNFError, OSError):
-    """A mesh file that cannot be read or written."""
+    """A mesh file that cannot be read, or whose format is unknown."""
+
+
+class OutputError(DNFError, OSError):
+    """A mesh, picture, table or page that cannot be written."""
+
+
+class MeshFileWarning(UserWarning):
+    """Something that a mesh file names and that does not come along, such as a texture that is missing."""
 
 
 class WeightsError(DNFError, ValueError):

@@ -45,7 +45,7 @@ from dnf_pyg.evaluate.benchmark import (
 )
 from dnf_pyg.io import MeshFile, read_mesh, write_mesh
 from dnf_pyg.io.atomic import write_bytes
-from dnf_pyg.view.report import draw_meshes
+from dnf_pyg.view import draw_meshes
 
 __all__ = ["add_arguments", "run"]
 

@@ -20,7 +20,7 @@ from dnf_pyg.io.selection import read_selection
 from dnf_pyg.mesh.geodesic import DijkstraGrowth
 from dnf_pyg.nn import FilteringNetwork
 from dnf_pyg.pipeline import denoise
-from dnf_pyg.view.report import draw_meshes, write_report
+from dnf_pyg.view import draw_meshes, write_report
 from dnf_pyg.weights.load import load_network
 
 __all__ = ["add_arguments", "run"]

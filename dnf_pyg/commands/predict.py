@@ -13,6 +13,7 @@ from typing import Any
 from lightning.pytorch import Callback, LightningModule, Trainer
 from lightning.pytorch.cli import LightningArgumentParser
 
+from dnf_pyg.commands.class_policy import reason_of, restrict_classes
 from dnf_pyg.commands.outcome import Outcome, outcome_text
 from dnf_pyg.commands.settings import add_settings, denoise_settings
 from dnf_pyg.datamodules import MeshFilesDataModule
@@ -58,9 +59,9 @@ def run(words: Sequence[str]) -> None:
         DNFError: If an argument is wrong, or inputs failed; the outputs of the others are written.
     """
     try:
-        options = _parser().parse_args(list(words[1:]))
+        options = _parser().parse_args(restrict_classes(words[1:]))
     except argparse.ArgumentError as error:
-        raise DataError(f"{error}: see `dnf-pyg predict --help`") from error
+        raise DataError(f"{reason_of(error)}. See `dnf-pyg predict --help`.") from error
     module = MeshDenoisingModule(load_network(options.weights), denoise_settings(options))
     files = MeshFilesDataModule([str(path) for path in options.input], str(options.output), options.overwrite)
     logging.getLogger("lightning.pytorch.utilities.rank_zero").addFilter(_is_needed)

@@ -11,6 +11,7 @@ from lightning.pytorch import Trainer
 from lightning.pytorch.cli import LightningArgumentParser, LightningCLI
 from lightning.pytorch.loggers import CSVLogger
 
+from dnf_pyg.commands.class_policy import HOW, reason_of, restrict_classes
 from dnf_pyg.commands.configs import find_config
 from dnf_pyg.commands.run_folder import keep_curve, last_checkpoint, number_loggers, unnumbered_loggers
 from dnf_pyg.errors import DataError
@@ -22,17 +23,24 @@ __all__ = ["run"]
 class TrainingCLI(LightningCLI):
     """LightningCLI that raises on a wrong key or value instead of printing a usage text.
 
+    Nothing in a checkpoint is instantiated: the config says what to train, the checkpoint holds tensors and numbers.
+
     All loggers of a run write into one folder. With ``--ckpt_path last`` the run that wrote the newest ``last.ckpt``
     goes on in its folder: each logger would begin a new one by itself, in which Lightning finds no such checkpoint.
     """
 
     def init_parser(self, **kwargs: Any) -> LightningArgumentParser:
         """Make the parser of the command line."""
-        return super().init_parser(**kwargs, exit_on_error=False)
+        return super().init_parser(**kwargs, exit_on_error=False, epilog=HOW)
+
+    def _parse_ckpt_path(self) -> None:
+        """Leave the hyperparameters of a checkpoint alone: they may name any class with any arguments."""
 
     def before_instantiate_classes(self) -> None:
         """Settle which folder this run writes into."""
         options = self.config[self.subcommand]
+        if options.weights_only is None:
+            options.weights_only = True  # Lightning runs the code in a checkpoint that it downloads otherwise
         self._numbered = unnumbered_loggers(options.trainer.logger)
         last = last_checkpoint(self._numbered) if options.ckpt_path == "last" else None
         number_loggers(self._numbered, last if self.subcommand == "fit" else None)
@@ -77,18 +85,18 @@ def run(words: Sequence[str]) -> None:
             subclass_mode_data=True,
             seed_everything_default=0,
             save_config_kwargs={"overwrite": True},  # relaunching into the same folder continues there
-            args=_with_config_paths(words),
+            args=_with_config_paths(restrict_classes(words)),
         )
     except argparse.ArgumentError as error:
-        raise DataError(f"{error}: see `dnf-pyg {words[0]} --help`") from error
+        raise DataError(f"{reason_of(error)}. See `dnf-pyg {words[0]} --help`.") from error
     except FileNotFoundError as error:
         if "Checkpoint file not found" not in str(error):
             raise
-        raise DataError(f"{error}: give the path of a checkpoint, or `last`, to --ckpt_path") from error
+        raise DataError(f"{error}. Give the path of a checkpoint, or `last`, to --ckpt_path.") from error
     except ValueError as error:
         if "val_check_interval" not in str(error):
             raise
-        raise DataError(f"{str(error).split('.')[0].strip()}: lower it, or set it to 1.0, once an epoch") from error
+        raise DataError(f"{str(error).split('.')[0].strip()}. Lower it, or set it to 1.0, once an epoch.") from error
 
 
 def _with_config_paths(words: Sequence[str]) -> list[str]:

@@ -1,4 +1,4 @@
-"""Prepared meshes on disk: one folder of memory-mapped arrays each, written whole or not at all."""
+"""Cache of prepared meshes: a folder of memory-mapped arrays each, written completely or not at all."""
 
 import hashlib
 import json
@@ -14,15 +14,15 @@ from numpy.typing import NDArray
 
 __all__ = ["load_entry", "name_entry", "write_entry"]
 
-_FORMAT = 4  # raise when the arrays of an entry change their meaning
+_FORMAT = 4  # raise it when the arrays of an entry change their meaning
 
 
 def name_entry(files: Iterable[Path], parameters: Mapping[str, Any]) -> str:
-    """Name an entry after its first file, all parameters that shape it and the content of its files.
+    """Name an entry after its first file, the content of all its files and every parameter that shapes it.
 
     Args:
         files: Input files.
-        parameters: Values that ``json`` can write.
+        parameters: Parameters by name, of types that ``json`` can write.
     """
     files = list(files)
     digest = hashlib.blake2b(json.dumps([_FORMAT, dict(parameters)], sort_keys=True).encode(), digest_size=8)
@@ -33,11 +33,11 @@ def name_entry(files: Iterable[Path], parameters: Mapping[str, Any]) -> str:
 
 
 def write_entry(folder: Path, arrays: Mapping[str, NDArray]) -> None:
-    """Write the arrays of an entry; a reader sees all of them or none.
+    """Write the arrays of an entry; readers see all of them or none.
 
     Args:
-        folder: Folder to make; where it is there already, it is kept and the arrays are dropped.
-        arrays: Array of each file name.
+        folder: Folder to make; if it exists already, it is kept and the arrays are dropped.
+        arrays: Arrays by name.
     """
     folder.parent.mkdir(parents=True, exist_ok=True)
     draft = Path(tempfile.mkdtemp(prefix=f".{folder.name}-", dir=folder.parent))

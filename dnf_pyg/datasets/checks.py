@@ -1,4 +1,4 @@
-"""Find the meshes of a data set that cannot be trained on, all of them, before anything else is done with them."""
+"""Find all meshes of a data set that cannot be trained on, before anything else is done with them."""
 
 import json
 from collections.abc import Sequence
@@ -17,9 +17,9 @@ __all__ = ["find_faults"]
 
 
 def find_faults(pairs: Sequence[MeshPair], root: str | Path) -> dict[MeshPair, str]:
-    """Read every pair and say what is wrong with those that cannot be trained on.
+    """Read every pair and find those that cannot be trained on.
 
-    What was found is kept in ``root/processed/checked.json``: files that have not changed since are not read again,
+    The results are kept in ``root/processed/checked.json``: files that have not changed since are not read again,
     neither by the next run nor by the other processes of this one.
 
     Args:
@@ -27,8 +27,8 @@ def find_faults(pairs: Sequence[MeshPair], root: str | Path) -> dict[MeshPair, s
         root: Folder in which ``processed`` is written.
 
     Returns:
-        Reason of each pair that cannot be read, has no faces, coordinates that are no numbers, or other faces in one
-        file than in the other.
+        What is wrong with each pair that cannot be read, has no faces, has coordinates that are not finite, or differs
+        in the faces of its two files.
 
     Example:
         >>> import tempfile
@@ -51,19 +51,19 @@ def find_faults(pairs: Sequence[MeshPair], root: str | Path) -> dict[MeshPair, s
 def _read(path: Path) -> dict[str, str]:
     try:
         known = json.loads(path.read_text())
-    except (OSError, ValueError):  # not there yet, or damaged: everything is read again
+    except (OSError, ValueError):  # missing or damaged: all meshes are read again
         return {}
     return known if isinstance(known, dict) else {}
 
 
 def _mark(pair: MeshPair) -> str:
-    """What changes when a file of the pair does."""
+    """Make a key that changes with the files of the pair."""
     stats = [(path, path.stat()) for path in (Path(part) for part in pair if part) if path.is_file()]
     return json.dumps([[str(path), stat.st_size, stat.st_mtime_ns] for path, stat in stats] or [str(pair[1])])
 
 
 def _fault(pair: MeshPair) -> str:
-    """What is wrong with a pair; empty if nothing."""
+    """Describe what is wrong with a pair; empty if nothing is."""
     try:
         meshes = [read_mesh(path) for path in pair if path]
         for mesh in meshes:

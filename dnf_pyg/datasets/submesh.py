@@ -1,4 +1,4 @@
-"""The part of a mesh that shapes the normals of a patch."""
+"""The faces and vertices that the facet normals of a patch depend on."""
 
 import numpy as np
 from numba import njit
@@ -14,18 +14,18 @@ Shorts = NDArray[np.int32]
 def surroundings(
     face: Shorts, ring_ptr: Ints, ring: Shorts, face_id: Ints, num_vertices: int
 ) -> tuple[Ints, Ints, Ints]:
-    """Cut out a patch with the faces around it, so that the fans at all vertices of the patch are complete.
+    """Cut out a patch with the faces around it, so that all faces at each vertex of the patch are present.
 
     Args:
         face: Vertices of each face of the mesh, shape (F, 3).
         ring_ptr: Row limits of ``ring``, shape (F + 1,).
-        ring: One-ring of each face.
+        ring: One-rings of the faces, one after the other.
         face_id: Faces of the patch, shape (N,).
         num_vertices: Vertices of the mesh V.
 
     Returns:
-        ``(vertex_id, corner, member)``: rows of the vertices in the mesh, shape (W,); faces over them, shape (3, M),
-        those of the patch first and in their order; rows of these faces in the mesh, shape (M,).
+        ``(vertex_id, corner, member)``: rows of the vertices in the mesh, shape (W,); vertices of each face, rows of
+        ``vertex_id``, shape (3, M), the faces of the patch first; rows of these faces in the mesh, shape (M,).
     """
     taken = np.zeros(len(face), np.bool_)
     most = len(face_id)

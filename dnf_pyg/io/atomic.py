@@ -1,12 +1,13 @@
 """Files that appear whole or not at all."""
 
 import contextlib
+import errno
 import os
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 
-from dnf_pyg.errors import MeshFileError
+from dnf_pyg.errors import OutputError
 
 __all__ = ["check_writable", "write_bytes", "write_files"]
 
@@ -18,15 +19,16 @@ def check_writable(path: Path) -> None:
         path: File to be written later; nothing is left there now.
 
     Raises:
-        MeshFileError: If its folder does not exist or nothing can be written there.
+        OutputError: If its folder does not exist or nothing can be written there.
 
     Examples:
         >>> check_writable(Path("/absent/mesh.obj"))
         Traceback (most recent call last):
-        dnf_pyg.errors.MeshFileError: Expected a writable folder ... (got: No such file or directory): create it ...
+        dnf_pyg.errors.OutputError: Expected a writable folder ... (got No such file or directory). Create it ...
     """
     try:
-        with tempfile.NamedTemporaryFile(dir=path.parent, prefix=_draft_prefix(path)):
+        real = _real(path)
+        with tempfile.NamedTemporaryFile(dir=real.parent, prefix=_draft_prefix(real)):
             pass
     except OSError as error:
         raise _no_folder(path, error) from error
@@ -36,55 +38,87 @@ def write_bytes(path: Path, data: bytes) -> None:
     """Write beside ``path`` under another name, then move it there in one step.
 
     Args:
-        path: File to write; one that exists is replaced.
+        path: File to write; one that exists is replaced, and a symbolic link is written through.
         data: Its content.
 
     Raises:
-        MeshFileError: If it cannot be written; nothing is left behind then.
+        OutputError: If it cannot be written; nothing is left behind then.
 
     Examples:
         >>> write_bytes(Path("/absent/mesh.obj"), b"")
         Traceback (most recent call last):
-        dnf_pyg.errors.MeshFileError: Expected a writable folder ... (got: No such file or directory): create it ...
+        dnf_pyg.errors.OutputError: Expected a writable folder ... (got No such file or directory). Create it ...
     """
     write_files({path: data})
 
 
-def write_files(files: Mapping[Path, bytes]) -> None:
+def write_files(files: Mapping[Path, bytes], new: Collection[Path] = ()) -> None:
     """Write several files that belong together; each gets its name when all of them are on the disk.
 
     Args:
-        files: Content of each file; those that exist are replaced.
+        files: Content of each file; those that exist are replaced, and symbolic links are written through.
+        new: Those of them that must not exist yet, whose folders are made where they are missing.
 
     Raises:
-        MeshFileError: If one cannot be written; nothing is left behind then.
+        OutputError: If one cannot be written; nothing is left behind then.
+        FileExistsError: If one of ``new`` exists; nothing is left behind then either.
     """
     drafts: dict[Path, str] = {}
+    made: list[Path] = []
     try:
         for path, data in files.items():
             try:
-                descriptor, drafts[path] = tempfile.mkstemp(dir=path.parent, prefix=_draft_prefix(path))
+                if path in new:
+                    made += _make_folders(path.parent)
+                real = path if path in new else _real(path)
+                descriptor, drafts[path] = tempfile.mkstemp(dir=real.parent, prefix=_draft_prefix(real))
             except OSError as error:
                 raise _no_folder(path, error) from error
             with os.fdopen(descriptor, "wb") as file:
                 file.write(data)
-            Path(drafts[path]).chmod(_permissions(path))
+            Path(drafts[path]).chmod(_permissions(real))
         for path in files:
-            os.replace(drafts[path], path)
-    except MeshFileError:
+            if path in new:
+                path.touch(exist_ok=False)
+                made.append(path)
+            os.replace(drafts[path], path if path in new else _real(path))
+        made.clear()
+    except (OutputError, FileExistsError):
         raise
     except OSError as error:
-        reason = f"Expected to write '{path}' (got: {error.strerror})"
-        raise MeshFileError(f"{reason}: free some space or choose another place") from error
+        reason = f"Expected to be able to write '{path}' (got {error.strerror})"
+        raise OutputError(f"{reason}. Free some space or choose another place.") from error
     finally:
         for draft in drafts.values():
             with contextlib.suppress(FileNotFoundError):
                 Path(draft).unlink()
+        for path in reversed(made):
+            with contextlib.suppress(OSError):
+                path.rmdir() if path.is_dir() else path.unlink()
 
 
-def _no_folder(path: Path, error: OSError) -> MeshFileError:
-    reason = f"Expected a writable folder for '{path}' (got: {error.strerror})"
-    return MeshFileError(f"{reason}: create it or choose another")
+def _real(path: Path) -> Path:
+    """Where a path leads through symbolic links, of which the last may lead nowhere yet."""
+    real = Path(os.path.realpath(path))
+    if real.is_symlink():
+        raise OSError(errno.ELOOP, os.strerror(errno.ELOOP))
+    return real
+
+
+def _make_folders(folder: Path) -> list[Path]:
+    """Make a folder and those above it; return the ones that were missing, from the outermost."""
+    missing = []
+    while not folder.exists():
+        missing.append(folder)
+        folder = folder.parent
+    for path in reversed(missing):
+        path.mkdir(exist_ok=True)
+    return missing[::-1]
+
+
+def _no_folder(path: Path, error: OSError) -> OutputError:
+    reason = f"Expected a writable folder for '{path}' (got {error.strerror})"
+    return OutputError(f"{reason}. Create it or choose another one.")
 
 
 def _draft_prefix(path: Path) -> str:

@@ -1,8 +1,10 @@
 """Meshes from one file format to another: triangles in the same order, and what both formats know."""
 
 import io
+import logging
+import re
 import warnings
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import Any
 
 import numpy as np
@@ -10,72 +12,137 @@ import trimesh
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from dnf_pyg.io.formats import Document, GlbDocument, GltfDocument
+from dnf_pyg.errors import MeshFileError
+from dnf_pyg.io.copies import Copies, warn_left_out
+from dnf_pyg.io.folder import CompanionError, find_beside
+from dnf_pyg.io.formats import DAMAGE, Document, GlbDocument, GltfDocument, OffDocument, StlDocument
 from dnf_pyg.io.formats.document import Floats, Ints
 from dnf_pyg.io.formats.glb import glb_bytes
-from dnf_pyg.io.formats.gltf import gltf_text, uris_beside
+from dnf_pyg.io.formats.gltf import gltf_text
+from dnf_pyg.io.formats.mtl import place_pictures
 
-__all__ = ["companions", "convert", "export"]
+__all__ = ["convert", "export"]
 
 
-def convert(document: Document, source: Path, pos: Floats, target: Path) -> dict[Path, bytes]:
+def convert(document: Document, source: Path, pos: Floats, copies: Copies) -> bytes:
     """Write a document in another format.
 
     Args:
         document: What was read.
         source: File that it was read from.
         pos: New vertex positions, (V, 3).
-        target: File to write, whose ending decides the format.
+        copies: Where materials and textures beside the target go; the ending of its target decides the format.
 
     Returns:
-        Content of the files to write, by path; the mesh itself comes last.
+        Content of the target.
     """
-    suffix = target.suffix.lower()
-    if isinstance(document, GlbDocument | GltfDocument) and suffix in (".glb", ".gltf"):
+    suffix = copies.target.suffix.lower()
+    if isinstance(document, GltfDocument) and suffix in (".glb", ".gltf"):
         tree, buffers = document.scene.moved(pos, document.moved(pos))
-        return {target: glb_bytes(tree, buffers) if suffix == ".glb" else gltf_text(tree, dict(enumerate(buffers)))}
+        data = glb_bytes(tree, buffers) if suffix == ".glb" else gltf_text(tree, dict(enumerate(buffers)))
+        return copies.carry(data, source)
     has_uv = suffix not in (".off", ".stl")
-    return export(_in_order(_as_trimesh(document, source, pos), pos, document.face, has_uv), target)
+    is_scene = isinstance(document, GltfDocument)
+    return export(_in_order(_as_trimesh(document, source, pos), pos, document.face, has_uv, is_scene), copies)
 
 
-def companions(document: Document, suffix: str, target_suffix: str) -> list[str]:
-    """Names of the files beside a document that its conversion refers to as well."""
-    if suffix == target_suffix:
-        return document.companions()
-    if isinstance(document, GlbDocument | GltfDocument) and target_suffix in (".glb", ".gltf"):
-        return uris_beside(document.scene.tree, "images")
-    return []
-
-
-def export(mesh: trimesh.Trimesh, target: Path) -> dict[Path, bytes]:
-    """Files, by path, that hold a mesh in the format of the target's ending; the mesh itself comes last."""
-    suffix = target.suffix.lower()
+def export(mesh: trimesh.Trimesh, copies: Copies) -> bytes:
+    """Content of a file that holds a mesh in the format of the ending of the target of ``copies``."""
+    suffix = copies.target.suffix.lower()
     if suffix == ".obj":
-        text, textures = trimesh.exchange.obj.export_obj(mesh, return_texture=True, mtl_name=f"{target.stem}.mtl")
-        return {**{target.parent / name: data for name, data in textures.items()}, target: text.encode()}
+        return _export_obj(mesh, copies)
     if suffix == ".gltf":
-        return {target: GlbDocument(trimesh.exchange.gltf.export_glb(mesh), target.parent).as_gltf()}
+        return GlbDocument(trimesh.exchange.gltf.export_glb(mesh), copies.target.parent).as_gltf()
+    if suffix == ".ply":
+        mesh = mesh.copy()
+        for attributes in (mesh.vertex_attributes, mesh.face_attributes):
+            for name in [name for name in attributes if not re.fullmatch(r"\w+", name, re.ASCII)]:
+                attributes[re.sub(r"\W+", "_", name, flags=re.ASCII) or "_"] = attributes.pop(name)
     data: Any = mesh.export(file_type=suffix[1:])
-    return {target: data.encode() if isinstance(data, str) else data}
+    return data.encode() if isinstance(data, str) else data
+
+
+def _export_obj(mesh: trimesh.Trimesh, copies: Copies) -> bytes:
+    """Text of an obj file; its material and texture get names of our own, whatever the mesh calls them."""
+    mesh = mesh.copy()
+    mesh.metadata.pop("name", None)
+    material = getattr(mesh.visual, "material", None)
+    stem = re.sub(r"[^\w-]", "_", copies.target.stem)
+    if material is not None:
+        material.name = f"{stem}_material"
+    library = f"{stem}.mtl"
+    text, beside = trimesh.exchange.obj.export_obj(mesh, return_texture=True, mtl_name=library)
+    if library not in beside:
+        return text.encode()
+    given = {name: copies.add(name, data) for name, data in beside.items() if name != library}
+    materials = place_pictures(beside[library], copies.target.parent, PurePosixPath(), lambda name: given[name])
+    return text.replace(f"mtllib {library}\n", f"mtllib {copies.add(library, materials)}\n", 1).encode()
 
 
 def _as_trimesh(document: Document, source: Path, pos: Floats) -> trimesh.Trimesh:
-    """Let trimesh read the document with other positions, so that it takes along what it can."""
+    """Let trimesh read the document with other positions, so that it takes along what it can.
+
+    Raises:
+        MeshFileError: If trimesh cannot read it, or something else than triangles.
+    """
+    if isinstance(document, OffDocument | StlDocument):  # trimesh knows fewer kinds, and there is nothing to take along
+        return trimesh.Trimesh(pos, document.face, process=False)
     data = io.BytesIO(document.with_positions(pos))
     options: dict[str, Any] = {"process": False, "maintain_order": True}
-    resolver = trimesh.resolvers.FilePathResolver(str(source))
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", RuntimeWarning)  # of materials without textures, where there are several
-        return trimesh.load_mesh(data, file_type=source.suffix.lower()[1:], resolver=resolver, **options)
+    beside = _Beside(source.parent)
+    log = logging.getLogger("trimesh")
+    level = log.level
+    log.setLevel(logging.CRITICAL + 1)  # pictures that it cannot read
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # materials without textures, pictures that are large
+            loaded = trimesh.load_mesh(data, file_type=source.suffix.lower()[1:], resolver=beside, **options)
+        if not isinstance(loaded, trimesh.Trimesh):
+            raise ValueError("it holds no mesh for trimesh")
+    except DAMAGE as error:
+        reason = str(error) or type(error).__name__
+        raise MeshFileError(
+            f"Expected a mesh that can be converted (got '{source}', of which trimesh says: {reason}). "
+            f"Write it as {source.suffix}."
+        ) from error
+    finally:
+        log.setLevel(level)
+    warn_left_out(source, beside.left_out)
+    return loaded
 
 
-def _in_order(loaded: trimesh.Trimesh, pos: Floats, face: Ints, has_uv: bool) -> trimesh.Trimesh:
+class _Beside(trimesh.resolvers.Resolver):
+    """Let trimesh read files in or below a folder, and no others."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.left_out: dict[str, str] = {}  # reason by name
+
+    def get(self, key: str) -> bytes:
+        name = key.strip()
+        try:
+            return find_beside(self.folder, name).read_bytes()
+        except (CompanionError, OSError) as error:
+            self.left_out[name] = str(error)
+            raise
+
+    def write(self, name: str, data: bytes) -> None:
+        raise NotImplementedError
+
+    def namespaced(self, namespace: str) -> "_Beside":
+        return self
+
+    def keys(self) -> list[str]:
+        return []
+
+
+def _in_order(loaded: trimesh.Trimesh, pos: Floats, face: Ints, has_uv: bool, is_scene: bool) -> trimesh.Trimesh:
     """Put back the order of triangles, and of vertices unless texture coordinates that are kept split them.
 
     trimesh sorts triangles by material and by polygon. A scene that shows a mesh several times keeps all copies.
     """
     if len(loaded.faces) != len(face):
-        return loaded
+        return loaded if is_scene else trimesh.Trimesh(pos, face, process=False)  # strips of a ply file
     corner = pos[face]
     order = _matching(loaded.triangles, corner)
     if order is None:

@@ -1,6 +1,5 @@
 """Mesh files in and out; only positions change, everything else of a file is kept."""
 
-import struct
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -11,24 +10,18 @@ import torch
 import trimesh
 from torch import Tensor
 
-from dnf_pyg.errors import MeshError, MeshFileError
+from dnf_pyg.errors import MeshError, MeshFileError, OutputError
 from dnf_pyg.io.atomic import write_files
-from dnf_pyg.io.convert import companions, convert, export
-from dnf_pyg.io.formats import DOCUMENTS, Document
+from dnf_pyg.io.convert import convert, export
+from dnf_pyg.io.copies import Copies
+from dnf_pyg.io.formats import DAMAGE, DOCUMENTS, Document
+from dnf_pyg.io.formats.document import UnsupportedError
 
 __all__ = ["SUFFIXES", "MeshFile", "check_suffix", "find_meshes", "read_mesh", "write_mesh"]
 
 SUFFIXES = tuple(DOCUMENTS)
-_DAMAGE = (
-    ValueError,
-    LookupError,
-    TypeError,
-    AttributeError,
-    ArithmeticError,
-    MemoryError,
-    RecursionError,
-    struct.error,
-)
+_LARGEST = 1e30  # coordinate that validate_mesh takes
+_ATTEMPTS = 10  # at names beside a mesh while other processes write to the same folder
 
 
 @dataclass(frozen=True)
@@ -69,27 +62,27 @@ def read_mesh(path: str | Path) -> MeshFile:
     Examples:
         >>> read_mesh("absent.obj")
         Traceback (most recent call last):
-        dnf_pyg.errors.MeshFileError: Expected a mesh file (got 'absent.obj', which does not exist): check the path
+        dnf_pyg.errors.MeshFileError: Expected a mesh file (got 'absent.obj', which does not exist). Check the path.
     """
     path = Path(path)
     suffix = check_suffix(path)
     data = _read_bytes(path)
     if not data:
-        raise MeshFileError(f"Expected a {suffix} mesh (got '{path}', which has 0 bytes): export it again")
+        raise MeshFileError(f"Expected a {suffix} mesh (got '{path}', which has 0 bytes). Export it again.")
     try:
         document = DOCUMENTS[suffix](data, path.parent)
-    except _DAMAGE as error:
+    except DAMAGE as error:
         reason = str(error) or type(error).__name__
-        raise MeshFileError(
-            f"Expected a {suffix} mesh (got '{path}', unreadable: {reason}): export it again"
-        ) from error
+        remedy = error.remedy if isinstance(error, UnsupportedError) else "Export it again."
+        raise MeshFileError(f"Expected a {suffix} mesh (got '{path}', unreadable: {reason}). {remedy}") from error
     face = document.face
     if len(face) == 0:
-        raise MeshError(f"Expected a mesh with triangles (got '{path}' without any): mesh a point cloud first")
+        raise MeshError(f"Expected a mesh with triangles (got '{path}' without any). Mesh a point cloud first.")
     if face.min() < 0 or face.max() >= len(document.pos):
         wrong = face[(face < 0) | (face >= len(document.pos))][0]
         reason = f"'{path}', where a face names vertex {wrong} of {len(document.pos)}"
-        raise MeshFileError(f"Expected faces of existing vertices (got {reason}, counted from 0): export it again")
+        raise MeshFileError(f"Expected faces of existing vertices (got {reason}, counted from 0). Export it again.")
+    document.settle_unused(_LARGEST)
     return MeshFile(path, document, torch.from_numpy(document.pos), torch.from_numpy(face).t().contiguous())
 
 
@@ -112,23 +105,30 @@ def write_mesh(mesh: MeshFile | trimesh.Trimesh, pos: Tensor, path: str | Path) 
     Examples:
         >>> write_mesh(trimesh.creation.box(), torch.zeros(8, 3), "box.docx")
         Traceback (most recent call last):
-        dnf_pyg.errors.MeshFileError: Expected a mesh file ending in ... (got 'box.docx'): convert it first
+        dnf_pyg.errors.MeshFileError: Expected a mesh file ending in ... (got 'box.docx'). Convert it first.
     """
     path = Path(path)
     suffix = check_suffix(path)
     num_vertices = len(mesh.pos) if isinstance(mesh, MeshFile) else len(mesh.vertices)
     if len(pos) != num_vertices:
-        raise ValueError(f"Expected 'pos' with {num_vertices} vertices (got {len(pos)})")
+        raise ValueError(f"Expected 'pos' with {num_vertices} vertices (got {len(pos)}). Give one row per vertex.")
     new_pos = pos.detach().cpu().double().numpy()
-    if isinstance(mesh, trimesh.Trimesh):
-        moved = mesh.copy()
-        moved.vertices = new_pos
-        files = export(moved, path)
-    elif mesh.path.suffix.lower() == suffix:
-        files = {**_companions(mesh, path), path: mesh.document.with_positions(new_pos)}
-    else:
-        files = {**_companions(mesh, path), **convert(mesh.document, mesh.path, new_pos, path)}
-    write_files(files)
+    for _ in range(_ATTEMPTS):
+        copies = Copies(path)
+        if isinstance(mesh, trimesh.Trimesh):
+            moved = mesh.copy()
+            moved.vertices = new_pos
+            data = export(moved, copies)
+        elif mesh.path.suffix.lower() == suffix:
+            data = copies.carry(mesh.document.with_positions(new_pos), mesh.path)
+        else:
+            data = convert(mesh.document, mesh.path, new_pos, copies)
+        try:
+            write_files({**copies.files, path: data}, new=copies.files.keys())
+        except FileExistsError:
+            continue  # another process has taken a name since it was chosen
+        return
+    raise OutputError(f"Expected '{path.parent}' not to change all the time. Write to another folder.")
 
 
 def find_meshes(paths: Iterable[Path]) -> list[Path]:
@@ -143,13 +143,13 @@ def find_meshes(paths: Iterable[Path]) -> list[Path]:
     Examples:
         >>> find_meshes([Path("absent")])
         Traceback (most recent call last):
-        dnf_pyg.errors.MeshFileError: Expected a mesh file (got 'absent', which does not exist): check the path
+        dnf_pyg.errors.MeshFileError: Expected a mesh file (got 'absent', which does not exist). Check the path.
     """
     found = []
     for path in paths:
         try:
             if not path.exists():
-                raise MeshFileError(f"Expected a mesh file (got '{path}', which does not exist): check the path")
+                raise MeshFileError(f"Expected a mesh file (got '{path}', which does not exist). Check the path.")
             if not path.is_dir():
                 found.append(path)
                 continue
@@ -157,14 +157,14 @@ def find_meshes(paths: Iterable[Path]) -> list[Path]:
             inside = [file for file in shown if file.suffix.lower() in SUFFIXES and not file.is_dir()]
         except PermissionError as error:
             raise MeshFileError(
-                f"Expected a readable folder (got '{path}': {error.strerror}): check permissions"
+                f"Expected a readable folder (got '{path}': {error.strerror}). Check its permissions."
             ) from error
         if not inside:
-            raise MeshFileError(f"Expected a folder with meshes (got '{path}' without any): give one that has some")
+            raise MeshFileError(f"Expected a folder with meshes (got '{path}' without any). Give one that has some.")
         found += inside
     twice = sorted(name for name, count in Counter(path.name for path in found).items() if count > 1)
     if twice:
-        raise MeshFileError(f"Expected inputs of different names (got two of {twice}): denoise them apart")
+        raise MeshFileError(f"Expected inputs of different names (got two of {twice}). Denoise them in separate calls.")
     return found
 
 
@@ -180,7 +180,7 @@ def check_suffix(path: Path) -> str:
     """
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES:
-        raise MeshFileError(f"Expected a mesh file ending in {', '.join(SUFFIXES)} (got '{path}'): convert it first")
+        raise MeshFileError(f"Expected a mesh file ending in {', '.join(SUFFIXES)} (got '{path}'). Convert it first.")
     return suffix
 
 
@@ -188,14 +188,8 @@ def _read_bytes(path: Path) -> bytes:
     try:
         return path.read_bytes()
     except FileNotFoundError as error:
-        raise MeshFileError(f"Expected a mesh file (got '{path}', which does not exist): check the path") from error
+        raise MeshFileError(f"Expected a mesh file (got '{path}', which does not exist). Check the path.") from error
     except OSError as error:
-        raise MeshFileError(f"Expected a readable file (got '{path}': {error.strerror}): check permissions") from error
-
-
-def _companions(mesh: MeshFile, path: Path) -> dict[Path, bytes]:
-    """Materials and textures that lie beside or below the file and are missing in another folder."""
-    names = companions(mesh.document, mesh.path.suffix.lower(), path.suffix.lower())
-    inside = [name for name in dict.fromkeys(map(Path, names)) if not name.is_absolute() and ".." not in name.parts]
-    missing = [name for name in inside if (mesh.path.parent / name).is_file() and not (path.parent / name).exists()]
-    return {path.parent / name: _read_bytes(mesh.path.parent / name) for name in missing}
+        raise MeshFileError(
+            f"Expected a readable file (got '{path}': {error.strerror}). Check its permissions."
+        ) from error

@@ -41,7 +41,7 @@ def read_selection(source: str | Path, mesh: MeshFile) -> Tensor:
     """
     values = _values(source, mesh)
     if np.isnan(values).any():
-        raise MeshFileError(f"Expected a mask of numbers (got NaN in '{source}'): write 0 where the mesh has to stay")
+        raise MeshFileError(f"Expected a mask of numbers (got NaN in '{source}'). Write 0 where the mesh has to stay.")
     selected = values != 0
     num_vertices, num_faces = len(mesh.pos), mesh.face.size(1)
     if len(selected) == num_vertices:
@@ -49,7 +49,7 @@ def read_selection(source: str | Path, mesh: MeshFile) -> Tensor:
     if len(selected) != num_faces:
         raise MeshFileError(
             f"Expected a mask with one number per vertex ({num_vertices}) or triangle ({num_faces}) "
-            f"(got {len(selected)} in '{source}'): make it for this mesh"
+            f"(got {len(selected)} in '{source}'). Make it for this mesh."
         )
     chosen = torch.zeros(num_vertices, dtype=torch.bool)
     chosen[mesh.face[:, torch.from_numpy(selected)]] = True
@@ -69,9 +69,9 @@ def _values(source: str | Path, mesh: MeshFile) -> NDArray[np.float64]:
         pass
     except (OSError, ValueError) as error:
         raise MeshFileError(
-            f"Expected a mask of numbers (got '{source}': {error}): write one number per line"
+            f"Expected a mask of numbers (got '{source}': {error}). Write one number per line."
         ) from error
     raise MeshFileError(
-        f"Expected a mask (got '{source}', which is no file and no property of the mesh): give one number per vertex "
-        "or triangle in a .txt or .npy file, or the name of a property of a ply, glb or gltf mesh"
+        f"Expected a mask (got '{source}', which is no file and no property of the mesh). Give one number per vertex "
+        "or triangle in a .txt or .npy file, or the name of a property of a ply, glb or gltf mesh."
     )

@@ -1,8 +1,10 @@
 """Geometry of triangle meshes, as tensors ``pos`` (V, 3) and ``face`` (3, F)."""
 
 from dnf_pyg.mesh.adjacency import boundary_vertices, edge_adjacent, one_ring, vertex_faces
-from dnf_pyg.mesh.geodesic import DijkstraGrowth, FacetGraph, Growth, HeatGrowth, nearest_faces
+from dnf_pyg.mesh.facet_graph import FacetGraph, nearest_faces
+from dnf_pyg.mesh.geodesic import DijkstraGrowth, Growth, HeatGrowth
 from dnf_pyg.mesh.geometry import (
+    edge_lengths,
     edges,
     face_areas,
     face_centroids,
@@ -11,6 +13,7 @@ from dnf_pyg.mesh.geometry import (
     mean_edge_length,
     vertex_normals,
 )
+from dnf_pyg.mesh.topology import Topology
 from dnf_pyg.mesh.validate import validate_mesh
 
 __all__ = [
@@ -18,8 +21,10 @@ __all__ = [
     "FacetGraph",
     "Growth",
     "HeatGrowth",
+    "Topology",
     "boundary_vertices",
     "edge_adjacent",
+    "edge_lengths",
     "edges",
     "face_areas",
     "face_centroids",

@@ -1,4 +1,4 @@
-"""Which faces touch which: around a vertex, across an edge, one-ring of a face; boundary vertices."""
+"""Adjacency of faces: around a vertex, across an edge, in the one-ring of a face; boundary vertices."""
 
 import numpy as np
 import torch
@@ -6,9 +6,9 @@ from numba import njit
 from numpy.typing import NDArray
 from torch import Tensor
 
-__all__ = ["boundary_vertices", "edge_adjacent", "one_ring", "vertex_faces"]
+__all__ = ["boundary_vertices", "edge_adjacent", "one_ring", "one_ring_csr", "vertex_faces"]
 
-_MAX_VALENCE = 512  # above: a hub vertex, whose faces would form a graph that grows with the square of their number
+_MAX_VALENCE = 512  # faces at a vertex; the pairs among more of them would take memory that grows with their square
 
 
 def vertex_faces(face: Tensor, num_vertices: int) -> tuple[Tensor, Tensor]:
@@ -20,7 +20,7 @@ def vertex_faces(face: Tensor, num_vertices: int) -> tuple[Tensor, Tensor]:
 
     Returns:
         ``(ptr, face_id)``: faces of vertex v, in rising order, are ``face_id[ptr[v]:ptr[v + 1]]``; shapes
-        (V + 1,) and (C,) with C = 3 F less the repeats in faces that name a vertex twice.
+        (V + 1,) and (C,), where C is 3 F minus one for each face that names a vertex twice.
 
     Example:
         >>> vertex_faces(torch.tensor([[0, 1], [1, 3], [2, 2]]), num_vertices=4)
@@ -56,9 +56,9 @@ def one_ring(face: Tensor, num_vertices: int) -> Tensor:
         tensor([[1, 0],
                 [0, 1]])
     """
-    ptr, neighbor = one_ring_csr(face, num_vertices)
-    centre = torch.arange(face.size(1)).repeat_interleave(torch.from_numpy(np.diff(ptr)))
-    return torch.stack([torch.from_numpy(neighbor).long(), centre])
+    ptr, neighbor = one_ring_csr(face.cpu(), *vertex_faces(face.cpu(), num_vertices))
+    centre = np.arange(face.size(1)).repeat(np.diff(ptr))
+    return torch.from_numpy(np.stack([neighbor.astype(np.int64), centre])).to(face.device)
 
 
 def edge_adjacent(face: Tensor) -> Tensor:
@@ -66,7 +66,7 @@ def edge_adjacent(face: Tensor) -> Tensor:
 
     At an edge of three or more faces every two of them form a pair; so do duplicate faces.
 
-    Differs: above 512 faces at one edge, each is paired only with the 511 before and after it in the file.
+    Differs: of more than 512 faces at one edge, each is paired only with the 511 before and after it in the file.
 
     Args:
         face: Vertices of each face, shape (3, F).
@@ -84,7 +84,7 @@ def edge_adjacent(face: Tensor) -> Tensor:
         return face.new_empty(2, 0)
     pair = torch.stack([face[[0, 1]], face[[1, 2]], face[[2, 0]]], dim=1).sort(dim=0).values  # (2, 3, F)
     code = (pair[0] * (int(face.max()) + 1) + pair[1]).flatten()
-    owner = torch.arange(num_faces).repeat(3)
+    owner = torch.arange(num_faces, device=face.device).repeat(3)
     real = (pair[0] != pair[1]).flatten()
     code, order = code[real].sort(stable=True)
     owner = owner[real][order]
@@ -124,10 +124,18 @@ def boundary_vertices(face: Tensor, num_vertices: int) -> Tensor:
     return mask
 
 
-def one_ring_csr(face: Tensor, num_vertices: int) -> tuple[NDArray[np.int64], NDArray[np.int32]]:
-    """Compress :func:`one_ring` by row: ``neighbor[ptr[f]:ptr[f + 1]]`` are the neighbours of face f, rising."""
-    ptr, face_id = vertex_faces(face.cpu(), num_vertices)
-    return _one_ring_csr(np.ascontiguousarray(face.cpu().t().numpy()), ptr.numpy(), face_id.numpy())
+def one_ring_csr(face: Tensor, ptr: Tensor, face_id: Tensor) -> tuple[NDArray[np.int64], NDArray[np.int32]]:
+    """List the faces of each one-ring in compressed rows.
+
+    Args:
+        face: Vertices of each face, shape (3, F), on the CPU.
+        ptr: Row limits of ``face_id``, shape (V + 1,).
+        face_id: Faces around each vertex (:func:`vertex_faces`), shape (C,).
+
+    Returns:
+        ``(ptr, neighbor)``: neighbours of face f, in rising order, are ``neighbor[ptr[f]:ptr[f + 1]]``.
+    """
+    return _one_ring_csr(np.ascontiguousarray(face.t().numpy()), ptr.numpy(), face_id.numpy())
 
 
 @njit(cache=True, nogil=True)

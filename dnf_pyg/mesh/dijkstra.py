@@ -1,9 +1,11 @@
-"""Compiled searches on the facet graph; :mod:`dnf_pyg.mesh.geodesic` and the patches are their only callers.
+"""Compiled searches on the facet graph.
 
-A search keeps the at most ``k`` best faces found so far in one sorted array of integers, each holding a
-distance (upper bits) and a face (lower ``shift`` bits): comparing two of them compares distance, then face id,
-and the array is the result when its last entry is settled. Lengths are integers of at least 1, so sums are
-exact, ties are real ties, and every shortest path to one of the ``k`` runs through faces that come before it.
+A search keeps the at most ``k`` nearest faces found so far in one sorted array of integers, each of which holds a
+distance (upper bits) and a face id (lower ``shift`` bits): comparing two of them compares distance, then face id, and
+the array is the result once its last entry is settled. Lengths are integers of at least 1, so sums are exact, ties are
+real ties, and every shortest path to one of the ``k`` faces runs through faces that come before it.
+
+``best`` or ``row``, ``stamp`` and ``serial`` are the parts of a :class:`~dnf_pyg.mesh.facet_graph.Scratch`.
 """
 
 import numpy as np
@@ -76,7 +78,7 @@ def nearest_of_all(
 def nearest_of_one(
     ptr: Ints, neighbor: Shorts, length: Shorts, source: int, k: int, shift: int, best: Ints, stamp: Shorts, serial: int
 ) -> Ints:
-    """Give the sorted keys of the k faces nearest to one face; ``best`` and ``stamp`` are scratch of size F."""
+    """Compute the sorted keys of the k faces nearest to one face."""
     key = np.empty(k, np.int64)
     found = _search(ptr, neighbor, length, source, k, shift, best, stamp, serial, key)
     return key[:found].copy()
@@ -84,16 +86,15 @@ def nearest_of_one(
 
 @njit(cache=True, nogil=True)
 def nearest_within(
-    ptr: Ints, neighbor: Shorts, length: Shorts, face_id: Ints, k: int, shift: int, row: Shorts
-) -> NDArray[np.int16]:
-    """Give the k nearest faces (rows of ``face_id``) of each face, along paths inside ``face_id`` only.
-
-    ``row`` is scratch of size F that holds -1 before and after.
-    """
+    ptr: Ints, neighbor: Shorts, length: Shorts, face_id: Ints, k: int, shift: int, row: Ints, stamp: Shorts,
+    serial: int,
+) -> NDArray[np.int16]:  # fmt: skip
+    """Find the k nearest faces (rows of ``face_id``) of each face, along paths inside ``face_id`` only."""
     size = face_id.shape[0]
-    order = np.argsort(face_id)  # local numbers follow face ids, so that ties fall as in the whole mesh
+    order = np.argsort(face_id)  # local numbers follow face ids, so that ties are broken as in the whole mesh
     for local in range(size):
         row[face_id[order[local]]] = local
+        stamp[face_id[order[local]]] = serial
     count = 0
     for local in range(size):
         count += ptr[face_id[local] + 1] - ptr[face_id[local]]
@@ -104,21 +105,18 @@ def nearest_within(
     for local in range(size):
         f = face_id[order[local]]
         for entry in range(ptr[f], ptr[f + 1]):
-            other = row[neighbor[entry]]
-            if other >= 0:
-                local_neighbor[end] = other
+            if stamp[neighbor[entry]] == serial:
+                local_neighbor[end] = row[neighbor[entry]]
                 local_length[end] = length[entry]
                 end += 1
         local_ptr[local + 1] = end
-    for local in range(size):
-        row[face_id[local]] = -1
     best = np.empty(size, np.int64)
-    stamp = np.full(size, -1, np.int32)
+    local_stamp = np.full(size, -1, np.int32)
     key = np.empty(k, np.int64)
     mask = (1 << shift) - 1
     out = np.full((size, k), -1, np.int16)
     for local in range(size):
-        found = _search(local_ptr, local_neighbor, local_length, local, k, shift, best, stamp, local, key)
+        found = _search(local_ptr, local_neighbor, local_length, local, k, shift, best, local_stamp, local, key)
         for column in range(found):
             out[order[local], column] = order[key[column] & mask]
     return out

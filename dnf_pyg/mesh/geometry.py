@@ -5,6 +5,7 @@ from torch import Tensor
 
 __all__ = [
     "angular_difference",
+    "edge_lengths",
     "edges",
     "face_areas",
     "face_centroids",
@@ -14,7 +15,7 @@ __all__ = [
     "vertex_normals",
 ]
 
-_SLIVER = 1e-12  # a face whose two edges span a smaller sine than this has no normal
+_SLIVER = 1e-12  # sine of the angle between two edges of a face below which it has no normal
 
 
 def _edge_vectors(pos: Tensor, face: Tensor) -> tuple[Tensor, Tensor, Tensor]:
@@ -29,7 +30,7 @@ def _edge_vectors(pos: Tensor, face: Tensor) -> tuple[Tensor, Tensor, Tensor]:
 def face_normals(pos: Tensor, face: Tensor) -> Tensor:
     """Compute the facet normals.
 
-    Worked out in float64 from edges scaled face by face, so size and place of the mesh do not matter.
+    Computed in float64 from edges that are scaled face by face, so that size and place of the mesh do not matter.
 
     Args:
         pos: Vertex positions, shape (V, 3), model units.
@@ -96,7 +97,7 @@ def edges(face: Tensor) -> Tensor:
         face: Vertices of each face, shape (3, F).
 
     Returns:
-        Edges, shape (2, U), smaller vertex first, sorted; an edge from a vertex to itself is left out.
+        Edges, shape (2, U), the smaller vertex first, sorted, without edges from a vertex to itself.
 
     Example:
         >>> edges(torch.tensor([[0, 1], [1, 3], [2, 2]]))
@@ -128,15 +129,30 @@ def mean_edge_length(pos: Tensor, face: Tensor) -> Tensor:
         >>> mean_edge_length(pos, torch.tensor([[0], [1], [2]]))
         tensor(4.)
     """
-    start, end = edges(face)
-    if start.numel() == 0:
-        return pos.new_zeros(())
+    length = edge_lengths(pos, edges(face))
+    return length.mean().to(pos.dtype) if length.numel() else pos.new_zeros(())
+
+
+def edge_lengths(pos: Tensor, edge: Tensor) -> Tensor:
+    """Compute the length of each edge.
+
+    Args:
+        pos: Vertex positions, shape (V, 3), model units.
+        edge: Vertices of each edge, shape (2, U).
+
+    Returns:
+        Lengths, shape (U,), model units, float64.
+
+    Example:
+        >>> edge_lengths(torch.tensor([[0.0, 0, 0], [3, 4, 0]]), torch.tensor([[0], [1]]))
+        tensor([5.], dtype=torch.float64)
+    """
     position = pos.double()
-    return torch.linalg.vector_norm(position[start] - position[end], dim=-1).mean().to(pos.dtype)
+    return torch.linalg.vector_norm(position[edge[0]] - position[edge[1]], dim=-1)
 
 
 def vertex_normals(pos: Tensor, face: Tensor) -> Tensor:
-    """Compute vertex normals as the area-weighted sum of the normals of the faces around.
+    """Compute vertex normals as the area-weighted sum of the normals of the faces around each vertex.
 
     Args:
         pos: Vertex positions, shape (V, 3), model units.
@@ -144,7 +160,7 @@ def vertex_normals(pos: Tensor, face: Tensor) -> Tensor:
 
     Returns:
         Unit normals, shape (V, 3), dtype of ``pos``; zero where no face with area touches the vertex, or
-        where the faces around cancel out.
+        where the sum is zero.
 
     Example:
         >>> pos = torch.tensor([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [5, 5, 5]])
@@ -156,10 +172,10 @@ def vertex_normals(pos: Tensor, face: Tensor) -> Tensor:
 
 
 def filled_face_normals(pos: Tensor, face: Tensor) -> Tensor:
-    """Compute facet normals with none missing: the form that a network takes.
+    """Compute facet normals of unit length for all faces, as a network takes them.
 
-    A face without area gets the area-weighted mean normal of the faces that touch its three vertices; where
-    that is zero too, ``(0, 0, 1)``.
+    A face without area gets the area-weighted mean normal of the faces around its three vertices, or ``(0, 0, 1)``
+    where that is zero too.
 
     Args:
         pos: Vertex positions, shape (V, 3), model units.
@@ -184,14 +200,14 @@ def filled_face_normals(pos: Tensor, face: Tensor) -> Tensor:
 
 
 def angular_difference(normal: Tensor, clean_normal: Tensor) -> Tensor:
-    """Angle between corresponding normals, exact also for small angles (no arc cosine).
+    """Compute the angles between corresponding normals, exact for small angles too (no arc cosine).
 
     Args:
-        normal: Normals (F, 3); unit length is not needed. A zero vector, a face that collapsed, counts as 90 degrees.
-        clean_normal: Normals to compare with (F, 3).
+        normal: Normals, shape (F, 3), of any length; a zero vector, a collapsed face, counts as 90 degrees off.
+        clean_normal: Normals to compare with, shape (F, 3).
 
     Returns:
-        Degrees (F,), between 0 and 180.
+        Angles, shape (F,) float32, degrees from 0 to 180.
 
     Example:
         >>> angular_difference(torch.tensor([[1.0, 0.0, 0.0]]), torch.tensor([[1.0, 1.0, 0.0]]))

@@ -9,15 +9,15 @@ from torch import Tensor
 __all__ = ["surface_distance"]
 
 _LEAF = 4  # triangles per leaf of the tree of boxes
-_BITS = 20  # per axis, of the place of a triangle on the curve that orders them
+_BITS = 20  # of the position of a triangle on the curve, per axis
 
 Floats = NDArray[np.float64]
 
 
 def surface_distance(point: Tensor, pos: Tensor, face: Tensor) -> Tensor:
-    """Distance from each point to the nearest point of a surface, on a face, an edge or a vertex of it.
+    """Compute the distance from each point to the nearest point of a surface, on a face, an edge or a vertex.
 
-    Exact to rounding for faces of any size and shape, those without area included.
+    The distance is exact up to rounding for faces of any size and shape, also those without area.
 
     Args:
         point: Points, shape (P, 3), model units.
@@ -36,7 +36,7 @@ def surface_distance(point: Tensor, pos: Tensor, face: Tensor) -> Tensor:
         tensor([2., 5.], dtype=torch.float64)
     """
     if face.size(1) == 0:
-        raise ValueError("Expected 'face' with at least one face (got none)")
+        raise ValueError("Expected 'face' with at least one face (got none). Measure to a mesh, not a point cloud.")
     corner = pos.detach().cpu().double()[face.cpu()].transpose(0, 1).contiguous().numpy()  # (F, 3 corners, 3)
     corner = corner[_along_curve(corner.mean(axis=1))]
     distance = _distances(point.detach().cpu().double().contiguous().numpy(), corner, _boxes(corner))
@@ -44,7 +44,7 @@ def surface_distance(point: Tensor, pos: Tensor, face: Tensor) -> Tensor:
 
 
 def _along_curve(centroid: Floats) -> NDArray[np.int64]:
-    """Order of centroids (F, 3) along a Morton curve, on which neighbours in space are mostly neighbours."""
+    """Sort centroids (F, 3) along a Morton curve, which keeps most neighbours in space together."""
     low = centroid.min(axis=0)
     extent = float((centroid.max(axis=0) - low).max()) or 1.0
     cell = np.minimum((centroid - low) / extent * 2**_BITS, 2**_BITS - 1).astype(np.int64)
@@ -56,10 +56,10 @@ def _along_curve(centroid: Floats) -> NDArray[np.int64]:
 
 
 def _boxes(corner: Floats) -> Floats:
-    """Boxes of a binary tree over consecutive triangles, (2 L, 2, 3): node n has the children 2 n and 2 n + 1."""
+    """Build a binary tree of boxes over consecutive triangles, (2 L, 2, 3): the children of node n are 2 n, 2 n + 1."""
     num_leaves = 1 << max(int(np.ceil(len(corner) / _LEAF)) - 1, 0).bit_length()
     box = np.empty((2 * num_leaves, 2, 3))
-    box[:, 0], box[:, 1] = np.inf, -np.inf  # a box around nothing is infinitely far away
+    box[:, 0], box[:, 1] = np.inf, -np.inf  # an empty box is infinitely far away
     first = np.arange(0, len(corner), _LEAF)
     box[num_leaves : num_leaves + len(first), 0] = np.minimum.reduceat(corner.min(axis=1), first)
     box[num_leaves : num_leaves + len(first), 1] = np.maximum.reduceat(corner.max(axis=1), first)
@@ -108,7 +108,7 @@ def _distances(point: Floats, corner: Floats, box: Floats) -> Floats:
 
 @njit(cache=True, nogil=True)
 def _to_box(p: Floats, box: Floats) -> float:
-    """Squared distance to a box, zero inside."""
+    """Compute the squared distance to a box, zero inside."""
     square = 0.0
     for axis in range(3):
         outside = max(box[0, axis] - p[axis], p[axis] - box[1, axis], 0.0)
@@ -118,7 +118,7 @@ def _to_box(p: Floats, box: Floats) -> float:
 
 @njit(cache=True, nogil=True)
 def _to_triangle(p: Floats, corner: Floats) -> float:
-    """Squared distance to a triangle: to its plane above its inside, to its nearest edge elsewhere."""
+    """Compute the squared distance to a triangle: to its plane above its interior, elsewhere to its nearest edge."""
     ux, uy, uz = corner[1, 0] - corner[0, 0], corner[1, 1] - corner[0, 1], corner[1, 2] - corner[0, 2]
     vx, vy, vz = corner[2, 0] - corner[0, 0], corner[2, 1] - corner[0, 1], corner[2, 2] - corner[0, 2]
     wx, wy, wz = p[0] - corner[0, 0], p[1] - corner[0, 1], p[2] - corner[0, 2]
@@ -135,7 +135,7 @@ def _to_triangle(p: Floats, corner: Floats) -> float:
 
 @njit(cache=True, nogil=True)
 def _to_edge(p: Floats, a: Floats, b: Floats) -> float:
-    """Squared distance to the straight line from a to b."""
+    """Compute the squared distance to the line segment from a to b."""
     along = length = 0.0
     for axis in range(3):
         along += (p[axis] - a[axis]) * (b[axis] - a[axis])

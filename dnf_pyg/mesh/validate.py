@@ -1,20 +1,19 @@
-"""One check of a mesh at the door, so that everything behind it can rely on what it gets.
+"""Validation of a mesh before it is processed.
 
-What becomes of a fault (``tests/data/test_faulty_meshes.py`` has each of them); faces and vertices are never reordered:
+How faults are handled (tested in ``tests/datasets/test_faulty_meshes.py``); faces and vertices keep their order:
 
 =================================  ===================================================================================
 open boundary                      patches end at it
-several components, lone faces     a patch stays in its component; a small one gives patches and neighbours as few as it
-                                   has
-non-manifold edge, bow-tie vertex  all faces that share a vertex are neighbours, whatever their number; above 512 at one
-                                   vertex only those close to each other in the file
-zero-area face                     normal from the faces around it, (0, 0, 1) where there are none; otherwise as others
-duplicate faces                    kept; at distance 1/65536 of the mean edge length from each other
-duplicate vertices                 kept apart: faces that share none by number are not connected (weld them first)
+several components, lone faces     a patch stays in its component, and has no more faces and neighbours than that
+non-manifold edge, bow-tie vertex  all faces that share a vertex are neighbours; of more than 512 at one vertex only
+                                   those that are close to each other in the file
+zero-area face                     takes the normal of the faces around it, or (0, 0, 1) where there are none
+duplicate faces                    kept, at a distance of 1/65536 of the mean edge length from each other
+duplicate vertices                 kept; faces are neighbours only if they share a vertex number (weld the mesh first)
 unreferenced vertices              kept, without a normal
-faces wound inconsistently         kept: their normals point the other way
-any size, far from the origin      worked out about the centre in mean edge lengths, float64
-all vertices in one point          faces count as one step apart; the heat method refuses it
+inconsistent winding               kept; the normals of some faces point inwards
+any size, far from the origin      computed about the centre in mean edge lengths and float64
+all vertices at one point          faces count as one step apart; the heat method refuses the mesh
 no face, vertex out of range,      :class:`~dnf_pyg.errors.MeshError`
 NaN, infinity, above 1e30
 =================================  ===================================================================================
@@ -27,14 +26,14 @@ from dnf_pyg.errors import MeshError
 
 __all__ = ["validate_mesh"]
 
-_LIMIT = 1e30  # below: distances are finite in float32, products of coordinates in float64
+_LIMIT = 1e30  # up to which distances are finite in float32 and products of coordinates in float64
 
 
 def validate_mesh(pos: Tensor, face: Tensor) -> None:
-    """Raise if a mesh cannot be processed at all.
+    """Raise an error if a mesh cannot be processed at all.
 
-    What passes is processed as it is, faults included: boundaries, components of any size, non-manifold edges
-    and vertices, zero-area and duplicate faces, duplicate and unreferenced vertices, mixed winding.
+    Other faults are allowed: boundaries, components of any size, non-manifold edges and vertices, zero-area and
+    duplicate faces, duplicate and unreferenced vertices, inconsistent winding.
 
     Args:
         pos: Vertex positions, shape (V, 3), floating point, model units.
@@ -51,9 +50,9 @@ def validate_mesh(pos: Tensor, face: Tensor) -> None:
         dnf_pyg.errors.MeshError: Expected vertex numbers from 0 to 2 in every face (got 5 in face 0). ...
     """
     if pos.dim() != 2 or pos.size(1) != 3 or not pos.is_floating_point():
-        raise ValueError(f"Expected 'pos' of shape [num_vertices, 3] and floating point (got {_form(pos)})")
+        raise ValueError(f"Expected 'pos' of shape [num_vertices, 3] and a float dtype (got {_form(pos)}). Convert it.")
     if face.dim() != 2 or face.size(0) != 3 or face.dtype != torch.long:
-        raise ValueError(f"Expected 'face' of shape [3, num_faces] and int64 (got {_form(face)})")
+        raise ValueError(f"Expected 'face' of shape [3, num_faces] and int64 (got {_form(face)}). Convert it.")
     if face.size(1) == 0:
         raise MeshError(f"Expected a mesh with faces (got {pos.size(0)} vertices, 0 faces). Mesh a point cloud first.")
     wrong = ((face < 0) | (face >= pos.size(0))).any(dim=0)

@@ -6,8 +6,8 @@ from numba import njit
 from numpy.typing import NDArray
 from torch import Tensor
 
-from dnf_pyg.mesh.adjacency import vertex_faces
-from dnf_pyg.mesh.geometry import edges, face_normals, mean_edge_length
+from dnf_pyg.mesh.geometry import face_normals
+from dnf_pyg.mesh.topology import Topology
 
 __all__ = ["flipped_faces", "update_vertices", "without_flips"]
 
@@ -29,37 +29,39 @@ def update_vertices(
     max_move: float = float("inf"),
     fixed: Tensor | None = None,
     guard: bool = True,
+    topology: Topology | None = None,
 ) -> Tensor:
-    """Move vertices until the faces around them are orthogonal to the given normals.
+    """Move the vertices until the faces around them are orthogonal to the given normals.
 
-    Every iteration moves all vertices at once: ``v_i += mean over faces k around i of n_k (n_k . (c_k - v_i))`` with
-    the current centroid ``c_k`` of face k. It ends early when no vertex moves by more than ``tolerance``.
+    Each iteration moves all vertices at once: ``v_i += mean over faces k around i of n_k (n_k . (c_k - v_i))`` with
+    the current centroid ``c_k`` of face k. The update ends early once no vertex moves by more than ``tolerance``.
 
-    Rough noise goes first; later iterations bend the surface to errors of the normals. Noise of one vertex says nothing
-    of that of the next, so as long as noise is taken away, neighbours do not move alike: ``max_correlation`` ends the
-    update when they begin to.
+    The first iterations remove noise, later ones bend the surface to errors of the normals. The noise of neighbouring
+    vertices is nearly independent, so while noise is removed, neighbours do not move alike: ``max_correlation`` ends
+    the update when they begin to.
 
     Source: Sun et al., Fast and Effective Feature-Preserving Mesh Denoising, TVCG 2007, Sec. 4.
-    Differs: the end by correlation, the guard and the limits; with ``guard=False`` and the other defaults it is the
-    published one.
+    Differs: ``max_correlation``, ``guard``, ``max_move`` and ``fixed``; with ``guard=False`` and the other defaults
+    this is the published update.
 
     Args:
         pos: Vertex positions, (V, 3), model units.
         face: Vertices of each face, (3, F).
-        normal: Wanted facet normals, (F, 3), unit length; a zero vector leaves its face out.
-        num_iterations: Most iterations done.
+        normal: Target facet normals, (F, 3), unit length; faces with a zero vector have no effect.
+        num_iterations: Largest number of iterations.
         tolerance: Largest movement per iteration, in mean edge lengths, below which the update ends.
-        max_correlation: The update ends, after three iterations at least, when the movements of neighbouring vertices
-            along the surface normal, from where they were given, have at least this correlation; never by default.
-        max_move: Largest distance of a vertex from its given position, in mean edge lengths.
-        fixed: Vertices that stay, (V,) bool.
-        guard: Take back steps that turn a face over, away from its wanted normal.
+        max_correlation: The update ends, after at least three iterations, once the displacements of neighbouring
+            vertices along the surface normal have at least this correlation; never by default.
+        max_move: Largest displacement of a vertex from its given position, in mean edge lengths.
+        fixed: Vertices that stay in place, (V,) bool.
+        guard: Revert steps that flip a face away from its target normal.
+        topology: Connectivity of the mesh; computed if not given.
 
     Returns:
-        Updated positions, (V, 3), of the dtype and device of ``pos``; vertices without a face stay.
+        Updated positions, (V, 3), of the dtype and device of ``pos``; vertices without a face stay in place.
 
     Raises:
-        ValueError: If shapes do not agree, a number is negative, or ``max_correlation`` is no number.
+        ValueError: If shapes do not match, a number is negative, or ``max_correlation`` is not a number.
 
     Examples:
         >>> pos = torch.tensor([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0.3]])
@@ -70,31 +72,32 @@ def update_vertices(
         True
     """
     if normal.shape != (face.size(1), 3):
-        raise ValueError(f"Expected 'normal' of shape [{face.size(1)}, 3] (got {list(normal.shape)})")
+        raise ValueError(f"Expected 'normal' of shape [{face.size(1)}, 3] (got {list(normal.shape)}). Pass one a face.")
     if fixed is not None and fixed.shape != (len(pos),):
-        raise ValueError(f"Expected 'fixed' of shape [{len(pos)}] (got {list(fixed.shape)})")
+        raise ValueError(f"Expected 'fixed' of shape [{len(pos)}] (got {list(fixed.shape)}). Pass one a vertex.")
     numbers = {"num_iterations": num_iterations, "tolerance": tolerance, "max_move": max_move}
     for name, value in numbers.items():
         if not value >= 0:
-            raise ValueError(f"Expected '{name}' of at least 0 (got {value})")
+            raise ValueError(f"Expected '{name}' of at least 0 (got {value}). Raise it.")
     if np.isnan(max_correlation):
-        raise ValueError(f"Expected 'max_correlation' to be a number (got {max_correlation})")
+        raise ValueError(f"Expected 'max_correlation' as a number (got {max_correlation}). Use infinity for no limit.")
     if face.size(1) == 0:
         return pos.clone()
-    center = pos.mean(dim=0)  # far from the origin, differences of positions lose digits
+    center = pos.mean(dim=0)  # differences of positions far from the origin lose digits
     start = (pos - center).detach().cpu().double().numpy()
-    ptr, face_id = vertex_faces(face.cpu(), len(pos))
+    topology = topology or Topology(face, len(pos))
+    ptr, face_id = topology.vertex_faces
     stays = np.zeros(len(pos), dtype=bool) if fixed is None else fixed.cpu().numpy()
     corner = np.ascontiguousarray(face.cpu().t().numpy())
-    wanted = np.ascontiguousarray(normal.detach().cpu().double().numpy())
-    unit = float(mean_edge_length(pos, face))
-    limit = max_move * unit if unit > 0 else max_move  # infinity times 0 is no number
-    agreement = _Agreement(start, corner, wanted) if max_correlation < 1 else None
+    target = np.ascontiguousarray(normal.detach().cpu().double().numpy())
+    unit = float(topology.mean_edge_length(pos.detach()))
+    limit = max_move * unit if unit > 0 else max_move  # infinity times 0 is not a number
+    agreement = _Agreement(start, corner, target, topology.edges) if max_correlation < 1 else None
     current = start.copy()
     for iteration in range(num_iterations):
-        updated = _stepped(current, start, corner, wanted, ptr.numpy(), face_id.numpy(), stays, limit)
+        updated = _stepped(current, start, corner, target, ptr.numpy(), face_id.numpy(), stays, limit)
         if guard:
-            _take_back_flips(updated, current, corner, wanted)
+            _revert_flips(updated, current, corner, target)
         largest_step = np.abs(updated - current).max()
         current = updated
         if largest_step <= tolerance * unit:
@@ -106,7 +109,7 @@ def update_vertices(
 
 
 def flipped_faces(pos: Tensor, face: Tensor, normal: Tensor) -> Tensor:
-    """Mark the faces that lie the wrong way round.
+    """Mark the faces that are flipped against given normals.
 
     Args:
         pos: Vertex positions, (V, 3).
@@ -114,7 +117,7 @@ def flipped_faces(pos: Tensor, face: Tensor, normal: Tensor) -> Tensor:
         normal: Facet normals that they should have, (F, 3).
 
     Returns:
-        Mask, (F,): angles above 90 degrees.
+        Mask, (F,) bool, of the faces at more than 90 degrees to their normal.
 
     Examples:
         >>> pos = torch.tensor([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
@@ -125,17 +128,17 @@ def flipped_faces(pos: Tensor, face: Tensor, normal: Tensor) -> Tensor:
 
 
 def without_flips(pos: Tensor, before: Tensor, face: Tensor, normal: Tensor) -> Tensor:
-    """Put vertices back where a movement has turned a face over.
+    """Revert the movement of vertices where it has flipped a face.
 
     Args:
         pos: Vertex positions after the movement, (V, 3).
-        before: Positions before it, (V, 3).
+        before: Vertex positions before the movement, (V, 3).
         face: Vertices of each face, (3, F).
-        normal: Wanted facet normals, (F, 3).
+        normal: Target facet normals, (F, 3).
 
     Returns:
-        Positions, (V, 3), each that of ``pos`` or of ``before``, in which no face is turned away from its wanted normal
-        that was not before.
+        Positions, (V, 3), each from ``pos`` or ``before``, in which only faces that were flipped before are flipped
+        against their target normal.
 
     Examples:
         >>> before = torch.tensor([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]])
@@ -148,24 +151,24 @@ def without_flips(pos: Tensor, before: Tensor, face: Tensor, normal: Tensor) -> 
     start, moved = ((where - center).detach().cpu().double().numpy() for where in (before, pos))
     upright = moved.copy()
     corner = np.ascontiguousarray(face.cpu().t().numpy())
-    _take_back_flips(upright, start, corner, np.ascontiguousarray(normal.detach().cpu().double().numpy()))
+    _revert_flips(upright, start, corner, np.ascontiguousarray(normal.detach().cpu().double().numpy()))
     stays = torch.from_numpy((upright == moved).all(axis=1)).to(pos.device)
     return torch.where(stays[:, None], pos, before)
 
 
 class _Agreement:
-    """How much neighbouring vertices have moved alike, along the sum of the wanted normals around each."""
+    """Correlation of the displacements of neighbouring vertices, along the sum of the target normals around each."""
 
-    def __init__(self, start: Floats, face: Ints, normal: Floats) -> None:
+    def __init__(self, start: Floats, face: Ints, normal: Floats, edge: Tensor) -> None:
         self.start = start
         direction = np.zeros_like(start)
         for corner in face.T:
             np.add.at(direction, corner, normal)
         self.direction = direction / np.maximum(np.linalg.norm(direction, axis=1, keepdims=True), 1e-12)
-        self.one, self.other = edges(torch.from_numpy(face.T.copy())).numpy()
+        self.one, self.other = edge.numpy()
 
     def correlation(self, pos: Floats) -> float:
-        """From -1 to 1; 0 where nothing has moved."""
+        """Compute the correlation, from -1 to 1; 0 where nothing has moved."""
         moved = ((pos - self.start) * self.direction).sum(axis=1)
         variance = float(np.square(moved).mean())
         return float((moved[self.one] * moved[self.other]).mean()) / variance if variance > 0 else 0.0
@@ -182,8 +185,8 @@ def _stepped(
     fixed: Flags,
     max_move: float,
 ) -> Floats:
-    """Positions (V, 3) after one iteration; ``face`` (F, 3), faces around vertex v ``face_id[ptr[v]:ptr[v + 1]]``."""
-    height = np.empty(len(face))  # of the plane through the centroid, along the wanted normal
+    """Compute the positions (V, 3) after one iteration; faces around vertex v are ``face_id[ptr[v]:ptr[v + 1]]``."""
+    height = np.empty(len(face))  # of the plane through the centroid, along the target normal
     for f in range(len(face)):
         a, b, c = face[f]
         height[f] = 0.0
@@ -215,25 +218,25 @@ def _stepped(
 
 
 @njit(cache=True, nogil=True)
-def _take_back_flips(updated: Floats, before: Floats, face: Ints, normal: Floats) -> None:
-    """Put vertices of faces that an iteration turned over back, until there are no such faces."""
+def _revert_flips(updated: Floats, before: Floats, face: Ints, normal: Floats) -> None:
+    """Revert the vertices of the faces that an iteration has flipped, until there are no such faces."""
     upright = np.empty(len(face), dtype=np.bool_)
     for f in range(len(face)):
         upright[f] = _along(before, face[f], normal[f]) > 0
-    taken_back = True
-    while taken_back:  # every round takes back at least one more vertex
-        taken_back = False
+    reverted = True
+    while reverted:  # each round reverts at least one more vertex
+        reverted = False
         for f in range(len(face)):
             if upright[f] and _along(updated, face[f], normal[f]) <= 0:
                 for v in face[f]:
                     for axis in range(3):
                         updated[v, axis] = before[v, axis]
-                taken_back = True
+                reverted = True
 
 
 @njit(cache=True, nogil=True)
 def _along(pos: Floats, face: Ints, normal: Floats) -> float:
-    """Twice the area of a face seen along a normal; negative from behind."""
+    """Compute twice the area of a face projected along a normal; negative if it is seen from behind."""
     a, b, c = pos[face[0]], pos[face[1]], pos[face[2]]
     u_x, u_y, u_z = b[0] - a[0], b[1] - a[1], b[2] - a[2]
     w_x, w_y, w_z = c[0] - a[0], c[1] - a[1], c[2] - a[2]

@@ -1,4 +1,4 @@
-"""Copies of a vertex at one place, as seams of textures and triangle soups have them, taken as one."""
+"""Merge the copies of a vertex that texture seams and triangle soups have at one place."""
 
 from typing import NamedTuple
 
@@ -11,12 +11,12 @@ __all__ = ["WeldedMesh", "coincident_rows", "weld"]
 
 
 class WeldedMesh(NamedTuple):
-    """A mesh without copies of vertices.
+    """A mesh whose vertices are all distinct.
 
     Attributes:
         pos: Positions of the distinct vertices, (U, 3), in the order in which they first occur.
         face: Distinct vertices of each face, (3, F).
-        vertex_id: Distinct vertex of each original one, (V,): ``new_pos[vertex_id]`` moves all copies together.
+        vertex_id: Distinct vertex of each original vertex, (V,): ``pos[vertex_id]`` gives the positions of all copies.
     """
 
     pos: Tensor
@@ -32,7 +32,7 @@ def weld(pos: Tensor, face: Tensor) -> WeldedMesh:
         face: Vertices of each face, (3, F).
 
     Returns:
-        The welded mesh and the way back; a mesh without copies comes back as it was.
+        The welded mesh, and the distinct vertex of each original one; a mesh without copies is returned unchanged.
 
     Examples:
         >>> soup = torch.tensor([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])

@@ -1,4 +1,4 @@
-"""Plan which seeds cover a mesh: a set cover over many candidate patches, improved by local search."""
+"""Seeds whose patches cover a mesh: a set cover over many candidate patches, improved by local search."""
 
 from typing import NamedTuple
 
@@ -13,9 +13,9 @@ from dnf_pyg.mesh.geodesic import BoundDijkstra
 
 __all__ = ["plan_seeds"]
 
-_CANDIDATES = 16  # candidate patches that hold a face, on average
-_STEPS = 10  # exchanges of the search per patch that a cover without any overlap would take; more take longer to find
-# than the patches that they save take to filter
+_CANDIDATES = 16  # candidate patches that contain a face, on average
+_STEPS = 10  # exchanges of the search per patch of a cover without overlap; more exchanges take longer than the network
+# takes for the patches that they save
 
 Ints = NDArray[np.int64]
 Shorts = NDArray[np.int32]
@@ -24,10 +24,10 @@ Whole = int | np.int64
 
 
 def plan_seeds(graph: FacetGraph, patch_size: int, min_coverage: int, generator: Generator | None) -> Tensor:
-    """Choose few seeds whose patches hold every face at least ``min_coverage`` times.
+    """Choose few seeds such that every face lies in at least ``min_coverage`` of their patches.
 
-    Candidates are the patches of many random faces. Of these a cover is picked greedily and then improved: whenever
-    it is complete a patch is taken out, then patches are exchanged until it is complete again, while the faces that
+    The candidates are the patches of many random faces. A cover is picked from them greedily and then improved:
+    whenever it is complete, one patch is removed, and patches are exchanged until it is complete again; faces that
     stay uncovered gain weight.
 
     Source: row weighting local search; Gao, Weise and Li, "An efficient local search heuristic with row weighting
@@ -40,18 +40,18 @@ def plan_seeds(graph: FacetGraph, patch_size: int, min_coverage: int, generator:
         generator: Source of randomness.
 
     Returns:
-        Seeds, shape (P,) long; a component no larger than a patch gets ``min_coverage`` of them.
+        Seeds, shape (P,) long; a component that is no larger than a patch gets ``min_coverage`` of them.
     """
     growth = BoundDijkstra(graph)
     num_faces = graph.num_faces
-    order = torch.randperm(num_faces, generator=generator).numpy()
+    order = torch.randperm(num_faces, generator=generator, device="cpu").numpy()
     held = np.zeros(num_faces, np.int32)
     missing = np.full(num_faces, min_coverage, np.int32)
     seeds: list[int] = []
     pool: list[Shorts] = []
     chosen: list[int] = []
     ideal = -(-min_coverage * num_faces // patch_size)  # patches of a cover without any overlap
-    for turn in range(1 + min_coverage):  # random seeds, then those that too few of their patches reach
+    for turn in range(1 + min_coverage):  # random seeds, then faces that too few candidates contain
         waiting = order[: _CANDIDATES * num_faces // patch_size + 1] if turn == 0 else order[held[order] < turn]
         for seed in waiting.tolist():
             if (turn and held[seed] >= turn) or not missing[seed]:
@@ -69,25 +69,25 @@ def plan_seeds(graph: FacetGraph, patch_size: int, min_coverage: int, generator:
         steps = _STEPS * ideal
         picked = _search_cover(np.concatenate(pool), patch_size, missing, steps)
         chosen += np.array(seeds)[picked].tolist()
-    return torch.tensor(chosen)
+    return torch.from_numpy(np.array(chosen, np.int64))
 
 
 class _Cover(NamedTuple):
-    """State of a search; candidate c has the faces ``member[c * size:(c + 1) * size]``."""
+    """State of a search; the faces of candidate c are ``member[c * size:(c + 1) * size]``."""
 
     member: Shorts
     size: int
     ptr: Ints  # candidates of face f: owner[ptr[f]:ptr[f + 1]]
     owner: Shorts
-    missing: Shorts  # patches that a face still lacks; below 0: more than it needs
-    weight: Ints  # grows while a face is incomplete
-    score: Ints  # weight that a candidate would complete (not picked) or leave incomplete (picked)
+    missing: Shorts  # patches that a face still lacks; negative if it lies in more than it needs
+    weight: Ints  # of a face; grows while the face is incomplete
+    score: Ints  # weight of the faces that a candidate completes, or would leave incomplete if it is picked
     picked: Flags
-    inside: Ints  # its first left[1] candidates are the picked ones
-    rank: Ints  # of a candidate in inside
-    changed: Ints  # step at which a candidate was last exchanged; the oldest wins a tie
-    todo: Ints  # its first left[0] faces are the incomplete ones
-    place: Ints  # of a face in todo
+    inside: Ints  # the first left[1] entries are the picked candidates
+    rank: Ints  # place of a candidate in inside
+    changed: Ints  # step in which a candidate was last exchanged; the oldest wins a tie
+    todo: Ints  # the first left[0] entries are the incomplete faces
+    place: Ints  # place of a face in todo
     left: Ints
 
 
@@ -116,7 +116,7 @@ def _search_cover(member: Shorts, size: int, missing: Shorts, steps: int) -> Fla
     picked, changed = np.zeros(count, np.bool_), np.zeros(count, np.int64)
     inside, rank = np.zeros(count, np.int64), np.zeros(count, np.int64)
     cover = _Cover(member, size, ptr, owner, missing, weight, score, picked, inside, rank, changed, todo, place, left)
-    start, nobody = np.int64(0), np.int64(-1)  # typed: a literal would have the functions compiled once more
+    start, nobody = np.int64(0), np.int64(-1)  # typed: literals would compile the functions once more
     while left[0] > 0:
         found: Whole = start
         for c in range(count):
@@ -155,7 +155,7 @@ def _better(score: Whole, other: Whole, changed: Ints, c: Whole, d: Whole) -> bo
 
 @njit(cache=True, nogil=True)
 def _cheapest(cover: _Cover, tabu: Whole) -> Whole:
-    """Find the picked candidate that costs least to take out, other than those put in at step ``tabu``."""
+    """Find the picked candidate that costs least to remove, except those that were added in step ``tabu``."""
     found = -1
     for at in range(cover.left[1]):
         c = cover.inside[at]
@@ -167,7 +167,7 @@ def _cheapest(cover: _Cover, tabu: Whole) -> Whole:
 
 @njit(cache=True, nogil=True)
 def _exchange(cover: _Cover, c: Whole, step: Whole) -> None:
-    """Put a candidate in, or take it out, and bring counts and scores up to date."""
+    """Add or remove a candidate, and update counts and scores."""
     member, size, ptr, owner, missing, weight, score, picked, inside, rank, changed, todo, place, left = cover
     put = not picked[c]
     if put:
@@ -188,7 +188,7 @@ def _exchange(cover: _Cover, c: Whole, step: Whole) -> None:
         missing[f] = before - 1 if put else before + 1
         low, high = min(before, missing[f]), max(before, missing[f])
         sign = -1 if put else 1
-        if low == 0:  # the face changes between complete and incomplete: the others could complete it
+        if low == 0:  # between complete and incomplete: the scores of the other candidates change
             if put:
                 left[0] -= 1
                 last = todo[left[0]]
@@ -201,7 +201,7 @@ def _exchange(cover: _Cover, c: Whole, step: Whole) -> None:
             for entry in range(ptr[f], ptr[f + 1]):
                 if not picked[owner[entry]]:
                     score[owner[entry]] += sign * weight[f]
-        elif high == 0:  # between just complete and more: those that hold it are needed
+        elif high == 0:  # between just complete and more: the scores of the picked candidates change
             for entry in range(ptr[f], ptr[f + 1]):
                 if picked[owner[entry]]:
                     score[owner[entry]] += sign * weight[f]

@@ -19,15 +19,21 @@ A level of k nearest faces has the edges with a rank below k (:func:`~dnf_pyg.nn
 edges are stored. The rank is called ``edge_attr`` since that is what ``Data.coalesce`` and ``Data.sort`` carry along.
 """
 
-import threading
 from typing import NamedTuple
 
-import numpy as np
 import torch
 from torch import Tensor
 from torch_geometric.data import Data
 
-from dnf_pyg.mesh import DijkstraGrowth, FacetGraph, Growth, face_areas, face_centroids, filled_face_normals
+from dnf_pyg.mesh import (
+    DijkstraGrowth,
+    FacetGraph,
+    Growth,
+    Topology,
+    face_areas,
+    face_centroids,
+    filled_face_normals,
+)
 from dnf_pyg.mesh.dijkstra import nearest_within
 
 __all__ = ["FaceFeatures", "Patch", "PatchExtractor", "patch_to_data"]
@@ -58,9 +64,10 @@ class PatchExtractor:
     Args:
         pos: Vertex positions, shape (V, 3), model units.
         face: Vertices of each face, shape (3, F).
-        growth: How a patch grows.
+        growth: How a patch grows; :class:`~dnf_pyg.mesh.DijkstraGrowth` if not given.
         patch_size: Faces per patch N; a patch is smaller where the component of its seed is.
         k: Nearest faces kept for each face, itself included.
+        topology: Connectivity of the mesh, which then is not validated; computed if not given.
 
     Raises:
         ValueError: If ``patch_size`` is not from 1 to 32767 or ``k`` not positive.
@@ -74,17 +81,22 @@ class PatchExtractor:
     """
 
     def __init__(
-        self, pos: Tensor, face: Tensor, growth: Growth | None = None, patch_size: int = 800, k: int = 50
+        self,
+        pos: Tensor,
+        face: Tensor,
+        growth: Growth | None = None,
+        patch_size: int = 800,
+        k: int = 50,
+        topology: Topology | None = None,
     ) -> None:
         if not 1 <= patch_size <= _MAX_PATCH_SIZE:
-            raise ValueError(f"Expected 'patch_size' from 1 to {_MAX_PATCH_SIZE} (got {patch_size})")
+            raise ValueError(f"Expected 'patch_size' from 1 to {_MAX_PATCH_SIZE} (got {patch_size}). Change it.")
         if k < 1:
-            raise ValueError(f"Expected 'k' of at least 1 (got {k})")
+            raise ValueError(f"Expected 'k' of at least 1 (got {k}). Raise it.")
         self.patch_size = patch_size
         self.k = k
-        self.graph = FacetGraph.from_mesh(pos, face)
+        self.graph = FacetGraph.from_mesh(pos, face, topology)
         self.growth = (growth or DijkstraGrowth()).bind(pos, face, self.graph)
-        self._scratch = _Scratch(self.graph.num_faces)
 
     @property
     def num_faces(self) -> int:
@@ -101,19 +113,13 @@ class PatchExtractor:
             ValueError: If the mesh has no such face.
         """
         if not 0 <= seed < self.num_faces:
-            raise ValueError(f"Expected 'seed' from 0 to {self.num_faces - 1} (got {seed})")
+            raise ValueError(f"Expected 'seed' from 0 to {self.num_faces - 1} (got {seed}). Name a face of the mesh.")
         face_id, distance = self.growth.grow(seed, self.patch_size)
-        ptr, neighbor, length, _ = self.graph
-        k = min(self.k, len(face_id))
-        table = nearest_within(ptr, neighbor, length, face_id.numpy(), k, self.graph.shift, self._scratch.row)
+        graph, k = self.graph, min(self.k, len(face_id))
+        table = nearest_within(
+            graph.ptr, graph.neighbor, graph.length, face_id.numpy(), k, graph.shift, *graph.scratch.begin()
+        )
         return Patch(face_id, torch.from_numpy(table), distance)
-
-
-class _Scratch(threading.local):
-    """Array of one thread that every patch uses again."""
-
-    def __init__(self, num_faces: int) -> None:
-        self.row = np.full(num_faces, -1, np.int32)
 
 
 class FaceFeatures(NamedTuple):

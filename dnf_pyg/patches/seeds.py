@@ -80,15 +80,18 @@ class AnisotropicSeeds:
 
 
 def cover(extractor: PatchExtractor, min_coverage: int = 2, generator: Generator | None = None) -> Iterator[Patch]:
-    """Cut patches, one after the other, until every face lies in at least ``min_coverage`` of them.
+    """Cut patches one after the other until every face lies in at least ``min_coverage`` of them.
 
-    All seeds but a few are planned ahead, see :mod:`dnf_pyg.patches.coverage`; where the patches turn out otherwise
-    than planned (:class:`~dnf_pyg.mesh.HeatGrowth`), the first least covered face is the next seed.
+    The seeds are planned ahead (:mod:`dnf_pyg.patches.coverage`). Where the patches differ from the plan, as with
+    :class:`~dnf_pyg.mesh.HeatGrowth`, more are cut, each around the first of the faces that are covered least.
 
     Args:
-        extractor: Patches of the mesh.
-        min_coverage: Patches that every face must lie in.
+        extractor: Cuts the patches of the mesh.
+        min_coverage: Smallest number of patches that each face lies in.
         generator: Source of randomness; the same state gives the same patches.
+
+    Yields:
+        The patches.
 
     Raises:
         ValueError: If ``min_coverage`` is not positive.
@@ -100,12 +103,12 @@ def cover(extractor: PatchExtractor, min_coverage: int = 2, generator: Generator
         [2, 2, 2]
     """
     if min_coverage < 1:
-        raise ValueError(f"Expected 'min_coverage' of at least 1 (got {min_coverage})")
-    count = torch.zeros(extractor.num_faces, dtype=torch.int32)
+        raise ValueError(f"Expected 'min_coverage' of at least 1 (got {min_coverage}). Raise it.")
+    count = torch.zeros(extractor.num_faces, dtype=torch.int32, device="cpu")
     seeds = plan_seeds(extractor.graph, extractor.patch_size, min_coverage, generator).tolist()
     num_threads = torch.get_num_threads()
     with ThreadPoolExecutor(num_threads) as pool:
-        for first in range(0, len(seeds), 4 * num_threads):  # threads rest while the caller works on these
+        for first in range(0, len(seeds), 4 * num_threads):  # the threads pause while the caller works on these
             for patch in pool.map(extractor.extract, seeds[first : first + 4 * num_threads]):
                 count[patch.face_id] += 1
                 yield patch

@@ -20,7 +20,7 @@ from dnf_pyg.mesh.geometry import face_normals
 from dnf_pyg.mesh.noise import GaussianNormalNoise
 from dnf_pyg.pipeline import denoise
 from dnf_pyg.train.module import NormalFilteringModule
-from dnf_pyg.view.report import draw_meshes
+from dnf_pyg.view import draw_meshes
 
 __all__ = ["MeshValidation"]
 

@@ -1,3 +1,18 @@
-"""Pictures, the report page and notebook views of meshes."""
+"""Pictures of meshes, the report page and its view in notebooks."""
 
-__all__: list[str] = []
+from dnf_pyg.view.camera import Camera
+from dnf_pyg.view.notebook import PageView
+from dnf_pyg.view.pictures import draw_faces, draw_meshes, normal_error, save_figure
+from dnf_pyg.view.raster import render
+from dnf_pyg.view.report import write_report
+
+__all__ = [
+    "Camera",
+    "PageView",
+    "draw_faces",
+    "draw_meshes",
+    "normal_error",
+    "render",
+    "save_figure",
+    "write_report",
+]

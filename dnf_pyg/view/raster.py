@@ -1,7 +1,5 @@
 """Flat-shaded pictures of meshes as arrays, drawn without a display."""
 
-from dataclasses import dataclass
-
 import numba
 import numpy as np
 import torch
@@ -9,65 +7,28 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from dnf_pyg.mesh.geometry import face_normals
+from dnf_pyg.view.camera import Camera
 
-__all__ = ["Camera", "render"]
+__all__ = ["render"]
 
 _SAMPLES = 3  # samples per pixel and axis, averaged against jagged edges
+_FRONT, _BACK = (0.82, 0.82, 0.82), (0.46, 0.58, 0.82)  # colours of faces seen from outside and from inside
 _LIGHTS = ((-0.45, 0.65, 0.6, 0.85), (0.8, -0.1, 0.5, 0.25))  # direction seen from the camera, strength
 
 
-@dataclass(frozen=True)
-class Camera:
-    """Orthographic camera; several meshes drawn with one camera can be compared.
-
-    Attributes:
-        rotation: Rows are the axes right, up and towards the viewer, (3, 3).
-        center: Point in the middle of the picture, (3,).
-        radius: Half of the picture's side, model units.
-    """
-
-    rotation: Tensor
-    center: Tensor
-    radius: float
-
-    @classmethod
-    def looking_at(cls, pos: Tensor, view: tuple[float, float, float] = (0.6, 0.5, 1.0)) -> "Camera":
-        """See the whole of ``pos`` (V, 3) from the direction ``view``; y is up.
-
-        Examples:
-            >>> Camera.looking_at(torch.tensor([[0.0, 0, 0], [2, 0, 0], [0, 2, 0]]), (0, 0, 1)).center.tolist()
-            [1.0, 1.0, 0.0]
-        """
-        toward = torch.tensor(view, dtype=torch.float64)
-        right = torch.linalg.cross(torch.tensor([0.0, 1.0, 0.0], dtype=torch.float64), toward)
-        rotation = torch.nn.functional.normalize(
-            torch.stack([right, torch.linalg.cross(toward, right), toward]), dim=-1
-        )
-        pos = pos.double()
-        center = (pos.amin(dim=0) + pos.amax(dim=0)) / 2
-        seen = (pos - center) @ rotation.t()
-        middle = (seen.amin(dim=0) + seen.amax(dim=0)) / 2
-        middle[2] = 0
-        radius = float((seen - middle)[:, :2].abs().amax()) * 1.04
-        return cls(rotation, center + middle @ rotation, max(radius, torch.finfo(torch.float64).tiny))
-
-    def project(self, pos: Tensor) -> Tensor:
-        """Positions (V, 3) seen from the camera, (V, 3): right and up in [-1, 1] where visible, nearer is larger."""
-        return (pos.double() - self.center) @ self.rotation.t() / self.radius
-
-
 def render(pos: Tensor, face: Tensor, camera: Camera, size: int, color: Tensor | None = None) -> NDArray[np.float32]:
-    """Draw a mesh, lit from the camera's upper left; both sides of a face are lit.
+    """Draw a mesh, lit from the camera's upper left. Faces seen from behind are lit alike, and blue.
 
     Args:
         pos: Vertex positions, (V, 3).
         face: Vertices of each face, (3, F).
-        camera: Where it is seen from.
+        camera: Where the mesh is seen from.
         size: Pixels per side of the picture.
-        color: Colour of each face, (F, 3) in [0, 1]; a light grey if not given.
+        color: Colour of each face, (F, 3) in [0, 1], the same from both sides. Faces with NaN, and all faces by
+            default, are light grey from the front and blue from behind.
 
     Returns:
-        Picture (size, size, 3), red, green and blue in [0, 1], on white.
+        Picture (size, size, 3): red, green and blue in [0, 1], on white.
 
     Examples:
         >>> pos, face = torch.tensor([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]), torch.tensor([[0], [1], [2]])
@@ -80,13 +41,16 @@ def render(pos: Tensor, face: Tensor, camera: Camera, size: int, color: Tensor |
     pixel = torch.stack([(seen[:, 0] + 1) * samples / 2, (1 - seen[:, 1]) * samples / 2, seen[:, 2]], dim=-1)
     face_id = _nearest_face(pixel.numpy(), np.ascontiguousarray(face.t().numpy()), samples)
     normal = face_normals(pos.double(), face) @ camera.rotation.t()
-    normal = torch.where(normal[:, 2:] < 0, -normal, normal)
+    behind = normal[:, 2:] < 0
+    normal = torch.where(behind, -normal, normal)
     light = torch.full((face.size(1), 1), 0.22, dtype=torch.float64)
     for x, y, z, strength in _LIGHTS:
         direction = torch.nn.functional.normalize(torch.tensor([x, y, z], dtype=torch.float64), dim=0)
         light += strength * (normal @ direction).clamp(min=0).unsqueeze(-1)
-    base = torch.full((1, 3), 0.82, dtype=torch.float64) if color is None else color.double()
-    background = torch.ones(1, 3, dtype=torch.float64)  # the last row, which face id -1 points at
+    base = torch.where(behind, light.new_tensor(_BACK), light.new_tensor(_FRONT))
+    if color is not None:
+        base = torch.where(color.isnan(), base, color.double())
+    background = base.new_ones(1, 3)  # the last row, which face id -1 points at
     table = torch.cat([(light * base).clamp(max=1), background]).float().numpy()
     return table[face_id].reshape(size, _SAMPLES, size, _SAMPLES, 3).mean(axis=(1, 3))
 

@@ -13,9 +13,7 @@ from PIL import Image
 import dnf_pyg
 from dnf_pyg.mesh.noise import GaussianNormalNoise
 from dnf_pyg.synthetic.shapes import SHAPES
-from dnf_pyg.view.notebook import draw_faces
-from dnf_pyg.view.raster import Camera
-from dnf_pyg.view.report import normal_error
+from dnf_pyg.view import Camera, draw_faces, normal_error
 
 TARGET = Path(__file__).parents[1] / "images" / "readme.png"
 KIND, SEED, NUM_FACES, LEVEL = "gear", 1004, 12000, 0.2  # training has not seen it

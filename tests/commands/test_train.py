@@ -168,3 +168,30 @@ def test_misspelt_key_of_a_data_module_is_refused(config, capsys, name):
     with_data(config, name, patches={"patch_size": "many"})
     assert main(["fit", "-c", "small.yaml"]) == 2
     assert "many" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("command", ["fit", "validate", "test"])
+def test_nothing_in_a_checkpoint_is_instantiated(config, capsys, command):
+    ran = config / "ran"
+    optimizer = {"class_path": "os.system", "init_args": {"command": f"touch {ran}"}}
+    content = {"state_dict": {}, "pytorch-lightning_version": "2.6.0", "hyper_parameters": {"optimizer": optimizer}}
+    torch.save(content, config / "evil.ckpt")
+    assert main([command, "-c", "small.yaml", "--ckpt_path=evil.ckpt"]) == 2
+    assert "Expected a checkpoint of the configured network" in capsys.readouterr().err
+    assert not ran.exists()
+
+
+@pytest.mark.parametrize("allowed", [False, True])
+def test_class_of_another_module_has_to_be_allowed(config, capsys, monkeypatch, allowed):
+    module = f"stranger_{allowed}"
+    (config / f"{module}.py").write_text(
+        "open('imported', 'w').close()\nfrom lightning.pytorch import Callback\nclass Mine(Callback): pass\n"
+    )
+    monkeypatch.syspath_prepend(config)
+    content = yaml.safe_load((config / "small.yaml").read_text())
+    content["trainer"]["callbacks"].append({"class_path": f"{module}.Mine"})
+    (config / "small.yaml").write_text(yaml.safe_dump(content))
+    words = ["--allow_class", module] if allowed else []
+    assert main(["fit", "-c", "small.yaml", "--trainer.fast_dev_run=true", *words]) == (0 if allowed else 2)
+    assert (config / "imported").exists() == allowed
+    assert (f"(got '{module}.Mine')" in capsys.readouterr().err) != allowed

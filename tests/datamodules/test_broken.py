@@ -57,7 +57,7 @@ def test_goes_on_without_it(case):
         data.prepare_data()
     served = {path.stem for split in ("train", "val") for _, path in data.dataset(split).pairs}
     assert served == left
-    assert next(iter(data.train_dataloader())).normal.shape == (80, 3) or "-0" in min(left)
+    assert next(iter(data.train_dataloader())).x.shape == (80, 3) or "-0" in min(left)
 
 
 def test_nothing_left_is_an_error(clean_folder, tmp_path):

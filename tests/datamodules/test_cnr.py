@@ -16,7 +16,7 @@ def test_serves_every_split(cnr_folder, tmp_path):
     data = module(cnr_folder, tmp_path, val_share=0.5)
     for loader in (data.train_dataloader(), data.val_dataloader(), data.test_dataloader(), data.predict_dataloader()):
         batch = next(iter(loader))
-        assert batch.normal.shape == batch.clean_normal.shape == (80, 3)
+        assert batch.x.shape == batch.y.shape == (80, 3)
         assert batch.seed_index.tolist() == [0, 40]
     names = [{clean.stem for _, clean in data.dataset(split).pairs} for split in ("train", "val")]
     assert not names[0] & names[1]
@@ -40,7 +40,7 @@ def test_test_patches_are_those_of_the_data_set(cnr_folder, tmp_path):
     assert len(expected) == len(data.dataset("test")) == 6
     for one, other in zip(data.dataset("test"), expected, strict=True):
         assert torch.equal(one.face_id, other.face_id)
-        assert torch.equal(one.normal, other.normal)
+        assert torch.equal(one.x, other.x)
 
 
 def test_patches_grow_as_configured(cnr_folder, tmp_path):

@@ -18,8 +18,8 @@ def test_views_are_pairs_with_noise_and_a_boundary(clean_folder, tmp_path):
     assert one.face.size(1) < read_mesh(clean_folder / "box0.obj").face.size(1)
     assert not torch.equal(one.pos, two.pos)
     batch = next(iter(data.train_dataloader()))
-    assert batch.normal.shape == batch.clean_normal.shape
-    assert 30 < batch.normal.size(0) <= 60
+    assert batch.x.shape == batch.y.shape
+    assert 30 < batch.x.size(0) <= 60
     assert (len(data.dataset("train")), len(data.dataset("val"))) == (12, 6)
     before = noisy.stat().st_mtime_ns
     data.prepare_data()

@@ -19,17 +19,17 @@ def test_makes_the_meshes_once(tmp_path):
     data.prepare_data()
     assert [path.stat().st_mtime_ns for path in files] == times
     batch = next(iter(data.train_dataloader()))
-    assert batch.normal.shape == (80, 3)
+    assert batch.x.shape == (80, 3)
 
 
 def test_noise_is_new_in_training_and_fixed_in_validation(clean_folder, tmp_path):
     data = CleanMeshesDataModule(str(clean_folder), cache=str(tmp_path / "cache"), val_share=0.34, **SMALL)
     train, val = data.dataset("train"), data.dataset("val")
     assert isinstance(train, PatchDataset)
-    assert not torch.equal(train[0].normal, train[0].normal)
-    assert torch.equal(train[0].clean_normal, train[0].clean_normal)
-    assert torch.equal(val[0].normal, val[0].normal)
-    assert not torch.equal(val[0].normal, val[0].clean_normal)
+    assert not torch.equal(train[0].x, train[0].x)
+    assert torch.equal(train[0].y, train[0].y)
+    assert torch.equal(val[0].x, val[0].x)
+    assert not torch.equal(val[0].x, val[0].y)
 
 
 def test_fresh_patches_differ_from_epoch_to_epoch_in_training_only(clean_folder, tmp_path):
@@ -38,4 +38,4 @@ def test_fresh_patches_differ_from_epoch_to_epoch_in_training_only(clean_folder,
     assert isinstance(train, FreshPatchDataset)
     assert len({tuple(train[0].face_id.tolist()) for _ in range(4)}) > 1
     assert torch.equal(val[0].face_id, val[0].face_id)
-    assert torch.equal(val[0].normal, val[0].normal)
+    assert torch.equal(val[0].x, val[0].x)

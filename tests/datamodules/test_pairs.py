@@ -13,7 +13,7 @@ def test_serves_pairs_and_holds_meshes_back(pair_folders):
     data = module(pair_folders, val_share=0.34)
     train, val = next(iter(data.train_dataloader())), next(iter(data.val_dataloader()))
     for batch in (train, val):
-        assert batch.normal.shape == batch.clean_normal.shape == (80, 3)
+        assert batch.x.shape == batch.y.shape == (80, 3)
         assert batch.edge_index.shape == (2, 80 * 8)
         assert batch.batch.tolist() == [0] * 40 + [1] * 40
     names = [{path.stem for _, path in data.dataset(split).pairs} for split in ("train", "val")]

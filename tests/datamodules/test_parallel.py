@@ -39,7 +39,7 @@ SCRIPT = textwrap.dedent(
             module.net.eval()  # batch statistics belong to a process; the loss must not depend on them here
 
         def on_train_batch_end(self, trainer, module, outputs, batch, batch_idx):
-            self.rows.append([float(outputs["loss"]), *batch.normal.view(-1, 40 * 3).sum(1).tolist()])
+            self.rows.append([float(outputs["loss"]), *batch.x.view(-1, 40 * 3).sum(1).tolist()])
 
         def on_fit_end(self, trainer, module):
             with open(f"{out}/{processes}-{trainer.global_rank}.json", "w") as file:

@@ -87,7 +87,7 @@ def test_fewer_neighbors_than_the_network_uses_are_refused_before_anything_is_pr
 def test_serves_modules_without_such_a_network(make, trainer):
     class Mean(LightningModule):
         def predict_step(self, batch, batch_idx):
-            return batch.normal.mean(dim=0)
+            return batch.x.mean(dim=0)
 
     assert len(trainer.predict(Mean(), make("pairs"))) == 3
 

@@ -20,7 +20,7 @@ def test_serves_patches_of_the_files(cnr_folder, tmp_path, subset, split, num_me
     assert len(dataset) == 3 * num_meshes
     for row in (0, len(dataset) - 1):
         data = dataset[row]
-        for path, name in zip(dataset.pairs[row // 3], ("normal", "clean_normal"), strict=True):
+        for path, name in zip(dataset.pairs[row // 3], ("x", "y"), strict=True):
             mesh = read_mesh(path)
             torch.testing.assert_close(data[name], face_normals(mesh.pos, mesh.face)[data.face_id].float())
 
@@ -28,8 +28,8 @@ def test_serves_patches_of_the_files(cnr_folder, tmp_path, subset, split, num_me
 def test_transform_is_applied_when_served(cnr_folder, tmp_path):
     plain = CNR(cnr_folder, patches=SMALL, cache=tmp_path)
     jittered = CNR(cnr_folder, transform=Compose([JitterNormal(0.1, 0.2)]), patches=SMALL, cache=tmp_path)
-    assert not torch.equal(plain[0].normal, jittered[0].normal)
-    assert torch.equal(plain[0].clean_normal, jittered[0].clean_normal)
+    assert not torch.equal(plain[0].x, jittered[0].x)
+    assert torch.equal(plain[0].y, jittered[0].y)
     assert plain.processed_file_names == jittered.processed_file_names
 
 

@@ -12,9 +12,9 @@ from torch_geometric.loader import DataLoader
 from dnf_pyg.datasets import FreshPatchDataset, PatchDataset
 from dnf_pyg.errors import DataError
 from dnf_pyg.io import read_mesh
-from dnf_pyg.mesh import HeatGrowth, face_normals, filled_face_normals
+from dnf_pyg.mesh import HeatGrowth, face_normals
 from dnf_pyg.mesh.noise import GaussianNormalNoise
-from dnf_pyg.patches import PatchExtractor, PatchOptions, face_surface, patch_to_data
+from dnf_pyg.patches import FaceFeatures, PatchExtractor, PatchOptions, patch_to_data
 
 SMALL = PatchOptions(num_patches=6, patch_size=100, k=10)
 BOTH = pytest.mark.parametrize("dataset", [PatchDataset, FreshPatchDataset])
@@ -45,13 +45,14 @@ def test_pair_matches_patches_cut_by_hand(pair, tmp_path):
     assert len(dataset) == 6
     noisy, clean = map(read_mesh, pair)
     extractor = PatchExtractor(noisy.pos, noisy.face, patch_size=100, k=10)
-    normals = filled_face_normals(noisy.pos, noisy.face), face_normals(clean.pos, clean.face)
+    features, target = FaceFeatures.from_mesh(noisy.pos, noisy.face), face_normals(clean.pos, clean.face)
     for data in dataset:
-        expected = patch_to_data(extractor.extract(int(data.face_id[0])), *normals, face_surface(noisy.pos, noisy.face))
+        expected = patch_to_data(extractor.extract(int(data.face_id[0])), features, target)
         assert set(data.keys()) == set(expected.keys())
-        for name in ("normal", "clean_normal", "face_id", "distance", "edge_index", "seed_index"):
+        for name in ("x", "y", "face_id", "distance", "edge_index", "edge_attr", "seed_index"):
             assert torch.equal(data[name], expected[name])
-        torch.testing.assert_close(data.surface, expected.surface, atol=1e-6, rtol=1e-5)
+        for name in ("pos", "area"):
+            torch.testing.assert_close(data[name], expected[name], atol=1e-6, rtol=1e-5)
 
 
 @BOTH
@@ -59,9 +60,9 @@ def test_batches(pair, tmp_path, dataset):
     batch = next(iter(DataLoader(dataset(tmp_path, [pair], SMALL), batch_size=4)))
     assert batch.num_nodes == 400
     assert batch.edge_index.shape == (2, 4000)
-    assert batch.normal.dtype == batch.clean_normal.dtype == torch.float32
-    torch.testing.assert_close(batch.normal.norm(dim=1), torch.ones(400))
-    assert 1 < angle(batch.normal, batch.clean_normal) < 30
+    assert batch.x.dtype == batch.y.dtype == torch.float32
+    torch.testing.assert_close(batch.x.norm(dim=1), torch.ones(400))
+    assert 1 < angle(batch.x, batch.y) < 30
 
 
 def test_fresh_patches_of_a_pair_are_those_of_the_noisy_mesh(pair, tmp_path):
@@ -71,7 +72,7 @@ def test_fresh_patches_of_a_pair_are_those_of_the_noisy_mesh(pair, tmp_path):
     for data in FreshPatchDataset(tmp_path, [pair], SMALL):
         expected = extractor.extract(int(data.face_id[0]))
         assert len(np.intersect1d(data.face_id, expected.face_id)) >= 99  # a tie at the rim may fall otherwise
-        torch.testing.assert_close(data.normal, normal[data.face_id], atol=1e-4, rtol=0)
+        torch.testing.assert_close(data.x, normal[data.face_id], atol=1e-4, rtol=0)
 
 
 @BOTH
@@ -80,10 +81,10 @@ def test_noise_is_drawn_afresh_at_its_level(pair, tmp_path, dataset):
     options = {"patches": SMALL, "noise": GaussianNormalNoise()}
     low = dataset(tmp_path, [(None, pair[1])], noise_level=(0.0, 0.0), **options)
     item = low[0]
-    assert angle(item.normal, item.clean_normal) < 0.1
+    assert angle(item.x, item.y) < 0.1
     high = dataset(tmp_path, [(None, pair[1])], noise_level=(0.3, 0.3), **options)
-    assert 20 < np.mean([angle(data.normal, data.clean_normal) for data in high]) < 35  # 29 degrees on whole meshes
-    assert not torch.equal(high[0].normal, high[0].normal)
+    assert 20 < np.mean([angle(data.x, data.y) for data in high]) < 35  # 29 degrees on whole meshes
+    assert not torch.equal(high[0].x, high[0].x)
 
 
 def test_noise_of_a_patch_is_that_of_the_mesh(pair, tmp_path):
@@ -98,7 +99,7 @@ def test_noise_of_a_patch_is_that_of_the_mesh(pair, tmp_path):
     entry = dataset._entry(0)
     whole = face_normals(Ramp()(torch.from_numpy(entry["pos"].copy()), clean.face, 1.0), clean.face)
     for data in dataset:
-        torch.testing.assert_close(data.normal, whole[data.face_id], atol=1e-5, rtol=0)
+        torch.testing.assert_close(data.x, whole[data.face_id], atol=1e-5, rtol=0)
 
 
 @BOTH
@@ -106,9 +107,9 @@ def test_noise_seed_repeats_each_item(pair, tmp_path, dataset):
     options = {"patches": SMALL, "noise": GaussianNormalNoise(), "noise_seed": 3}
     one, two = (dataset(tmp_path, [(None, pair[1])], **options) for _ in range(2))
     for i in range(6):
-        assert torch.equal(one[i].normal, two[i].normal)
+        assert torch.equal(one[i].x, two[i].x)
         assert torch.equal(one[i].face_id, two[i].face_id)
-    assert not torch.equal(one[0].normal, one[1].normal)
+    assert not torch.equal(one[0].x, one[1].x)
 
 
 def test_fresh_seeds_differ(pair, tmp_path):
@@ -152,7 +153,7 @@ def test_workers_and_pickle_do_not_carry_the_arrays(pair, tmp_path, dataset):
     data[0]
     assert len(pickle.dumps(data)) < 10_000
     loader = DataLoader(data, batch_size=2, num_workers=2)
-    drawn = [batch.normal for batch in loader]
+    drawn = [batch.x for batch in loader]
     assert len(drawn) == 3
     assert not torch.equal(drawn[0], drawn[1])
 
@@ -168,7 +169,7 @@ def test_small_component(tmp_path):
     data = PatchDataset(tmp_path, [(None, tmp_path / "box.ply")], SMALL, noise=GaussianNormalNoise())[5]
     assert data.num_nodes == 12
     assert data.edge_index.size(1) == 120
-    assert len(FreshPatchDataset(tmp_path, [(None, tmp_path / "box.ply")], noise=GaussianNormalNoise())[0].normal) == 12
+    assert len(FreshPatchDataset(tmp_path, [(None, tmp_path / "box.ply")], noise=GaussianNormalNoise())[0].x) == 12
 
 
 @BOTH

@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from dnf_pyg.errors import DNFError
-from dnf_pyg.mesh import DijkstraGrowth, HeatGrowth, filled_face_normals, nearest_faces
-from dnf_pyg.patches import PatchExtractor, cover, patch_to_data
+from dnf_pyg.mesh import DijkstraGrowth, HeatGrowth, nearest_faces
+from dnf_pyg.patches import FaceFeatures, PatchExtractor, cover, patch_to_data
 
 GROWTHS = pytest.mark.parametrize("growth", [DijkstraGrowth(), HeatGrowth()], ids=repr)
 
@@ -49,17 +49,17 @@ FAULTS = {
 def check(pos, face, growth, patch_size, k, min_coverage=2):
     """Cut a mesh into its patches and look at all that comes out."""
     before = pos.clone(), face.clone()
-    normal = filled_face_normals(pos, face)
-    torch.testing.assert_close(normal.norm(dim=1), torch.ones(face.size(1), dtype=pos.dtype))
+    features = FaceFeatures.from_mesh(pos, face)
+    torch.testing.assert_close(features.normal.norm(dim=1), torch.ones(face.size(1), dtype=pos.dtype))
     extractor = PatchExtractor(pos, face, growth, patch_size, k)
     count = torch.zeros(face.size(1), dtype=torch.long)
     for patch in cover(extractor, min_coverage, torch.Generator().manual_seed(0)):
         count[patch.face_id] += 1
-        data = patch_to_data(patch, normal)
+        data = patch_to_data(patch, features)
         data.validate()
         assert data.num_nodes <= patch_size
         assert len(data.face_id.unique()) == data.num_nodes
-        assert torch.isfinite(data.normal).all()
+        assert torch.isfinite(data.x).all()
         assert torch.isfinite(data.distance).all()
         assert (data.distance.diff() >= 0).all()
         row = data.edge_index[1]

@@ -1,12 +1,14 @@
 import os
 
+import numpy as np
 import pytest
 import torch
 import trimesh
 from PIL import Image
 
-from dnf_pyg.errors import MeshError, MeshFileError
+from dnf_pyg.errors import MeshError, MeshFileError, OutputError
 from dnf_pyg.io import read_mesh, write_mesh
+from dnf_pyg.mesh.validate import validate_mesh
 
 SUFFIXES = ["obj", "ply", "stl", "off", "glb", "gltf"]
 
@@ -32,7 +34,7 @@ def test_round_trip_keeps_order(tmp_path, sphere_mesh, suffix):
     [
         ("empty.obj", b"", MeshFileError, "0 bytes"),
         ("text.ply", b"Dear diary, nothing to see here.\n", MeshFileError, r"Expected a \.ply mesh"),
-        ("points.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\n", MeshError, "mesh a point cloud first"),
+        ("points.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\n", MeshError, "Mesh a point cloud first"),
         ("mesh.docx", b"PK", MeshFileError, r"ending in \.obj"),
     ],
 )
@@ -50,14 +52,14 @@ def test_missing_file(tmp_path):
 def test_failed_write_leaves_nothing(tmp_path, monkeypatch):
     box = trimesh.creation.box()
     pos = torch.tensor(box.vertices)
-    with pytest.raises(MeshFileError, match="writable folder"):
+    with pytest.raises(OutputError, match="writable folder"):
         write_mesh(box, pos, tmp_path / "absent" / "box.obj")
 
     def no_space(*_):
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(os, "replace", no_space)
-    with pytest.raises(MeshFileError, match="No space left"):
+    with pytest.raises(OutputError, match="No space left"):
         write_mesh(box, pos, tmp_path / "box.obj")
     assert list(tmp_path.iterdir()) == []
 
@@ -94,21 +96,91 @@ def test_texture_survives_in_another_folder_and_format(tmp_path):
         assert again.extents.tolist() == [2, 2, 2]
 
 
-def test_other_files_of_the_user_stay(tmp_path):
+@pytest.fixture
+def triangle(tmp_path):
+    """Writes an obj file of one triangle below ``in``, with lines before it, and gives its path."""
+
+    def write(*lines, name="a.obj"):
+        path = tmp_path / "in" / name
+        path.parent.mkdir(exist_ok=True)
+        path.write_text("\n".join([*lines, "v 0 0 0", "v 1 0 0", "v 0 1 0", "f 1 2 3", ""]))
+        return path
+
     (tmp_path / "out").mkdir()
+    return write
+
+
+def rewrite(path, target):
+    mesh = read_mesh(path)
+    write_mesh(mesh, mesh.pos + 1, target)
+    torch.testing.assert_close(read_mesh(target).pos[:, :3], mesh.pos + 1, rtol=0, atol=1e-6)
+
+
+def files_in(folder):
+    return sorted(str(path.relative_to(folder)) for path in folder.rglob("*") if not path.is_dir())
+
+
+def test_other_files_of_the_user_stay(tmp_path, triangle):
+    path = triangle("mtllib wood.mtl")
+    (tmp_path / "in" / "wood.mtl").write_text("theirs")
     (tmp_path / "out" / "wood.mtl").write_text("mine")
-    (tmp_path / "wood.mtl").write_text("theirs")
-    (tmp_path / "a.obj").write_text("mtllib wood.mtl ../secret\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
-    mesh = read_mesh(tmp_path / "a.obj")
-    write_mesh(mesh, mesh.pos, tmp_path / "out" / "a.obj")
-    assert (tmp_path / "out" / "wood.mtl").read_text() == "mine"
-    assert (tmp_path / "out" / "a.obj").read_bytes() == (tmp_path / "a.obj").read_bytes()
+    for _ in range(2):  # the second time, the copy is there already
+        rewrite(path, tmp_path / "out" / "a.obj")
+        assert {name: (tmp_path / "out" / name).read_text() for name in files_in(tmp_path / "out")} == {
+            "a.obj": (tmp_path / "out" / "a.obj").read_text(),
+            "a_wood.mtl": "theirs",
+            "wood.mtl": "mine",
+        }
+        assert (tmp_path / "out" / "a.obj").read_text().startswith("mtllib a_wood.mtl\n")
+
+
+def test_textures_of_one_name_are_kept_apart(tmp_path):
+    (tmp_path / "out").mkdir()
+    for room, color in (("a", "red"), ("b", "blue")):
+        (tmp_path / room).mkdir()
+        square = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nusemtl m\nf 1/1 2/2 3/3\n"
+        (tmp_path / room / f"{room}.obj").write_text(f"mtllib material.mtl\n{square}")
+        (tmp_path / room / "material.mtl").write_text("newmtl m\nmap_Kd texture.png\n")
+        Image.new("RGB", (2, 2), color).save(tmp_path / room / "texture.png")
+        rewrite(tmp_path / room / f"{room}.obj", tmp_path / "out" / f"{room}.obj")
+    for room, color in (("a", (255, 0, 0)), ("b", (0, 0, 255))):
+        assert trimesh.load_mesh(tmp_path / "out" / f"{room}.obj").visual.material.image.getpixel((0, 0)) == color
+    assert files_in(tmp_path / "out") == ["a.obj", "b.obj", "b_material.mtl", "b_texture.png", "material.mtl",
+                                          "texture.png"]  # fmt: skip
 
 
 def test_face_of_a_vertex_that_does_not_exist(tmp_path):
     (tmp_path / "a.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n")
     with pytest.raises(MeshFileError, match="vertex 3 of 3"):
         read_mesh(tmp_path / "a.obj")
+
+
+@pytest.mark.parametrize("suffix", ["obj", "ply", "off", "gltf"])
+@pytest.mark.parametrize("stray", [float("nan"), float("inf"), 1e31])
+def test_unused_vertices_without_a_position_stay_as_they_are(tmp_path, suffix, stray):
+    points = [(0, 0, 0), (stray, 0, stray), (1, 0, 0), (0, 1, 0)]
+    rows = [" ".join(map(str, point)) for point in points]
+    header = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+    text = {
+        "obj": "".join(f"v {row}\n" for row in rows) + "f 1 3 4\n",
+        "ply": "\n".join(
+            [header + "element face 1\nproperty list uchar int vertex_indices\nend_header", *rows, "3 0 2 3\n"]
+        ),
+        "off": "\n".join(["OFF", "4 1 0", *rows, "3 0 2 3\n"]),
+        "gltf": "",
+    }[suffix]
+    path = tmp_path / f"a.{suffix}"
+    path.write_text(text)
+    if suffix == "gltf":
+        soup = trimesh.Trimesh(np.array(points), [[0, 2, 3]], process=False)
+        write_mesh(soup, torch.tensor(points, dtype=torch.float64), path)
+    mesh = read_mesh(path)
+    validate_mesh(mesh.pos, mesh.face)
+    write_mesh(mesh, mesh.pos + 1, tmp_path / f"moved.{suffix}")
+    moved = read_mesh(tmp_path / f"moved.{suffix}")
+    torch.testing.assert_close(moved.pos[[0, 2, 3]], mesh.pos[[0, 2, 3]] + 1, rtol=0, atol=1e-9)
+    if suffix != "gltf":
+        assert rows[1] in (tmp_path / f"moved.{suffix}").read_text()
 
 
 def test_unreadable_path(tmp_path):

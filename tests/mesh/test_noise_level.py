@@ -1,13 +1,21 @@
+import math
+
+import numpy as np
 import pytest
 import torch
 import trimesh
 
-from dnf_pyg.mesh.geometry import mean_edge_length, vertex_normals
-from dnf_pyg.mesh.noise_level import estimate_noise_level
+from dnf_pyg.mesh.noise import CorrelatedNoise, GaussianNormalNoise, RayNoise
+from dnf_pyg.mesh.noise_level import estimate_noise, estimate_noise_level
 
 
 def as_tensors(mesh):
     return torch.tensor(mesh.vertices, dtype=torch.float64), torch.tensor(mesh.faces).t().contiguous()
+
+
+def noisy(mesh, noise, level, seed=0):
+    pos, face = mesh
+    return noise(pos, face, level, torch.Generator().manual_seed(seed)), face
 
 
 @pytest.fixture
@@ -16,29 +24,111 @@ def fine_cube(cube_mesh):
     return as_tensors(trimesh.Trimesh(pos.numpy(), face.t().numpy(), process=False).subdivide())
 
 
+@pytest.fixture
+def meshes(fine_cube):
+    ball, ring = trimesh.creation.icosphere(subdivisions=4), trimesh.creation.torus(2, 0.7, 96, 48)
+    return {"cube": fine_cube, "sphere": as_tensors(ball), "torus": as_tensors(ring)}
+
+
 @pytest.mark.parametrize("level", [0.05, 0.1, 0.2, 0.3, 0.5])
 @pytest.mark.parametrize("shape", ["sphere", "cube"])
-def test_finds_the_noise_that_was_added(shape, level, fine_cube):
-    pos, face = fine_cube if shape == "cube" else as_tensors(trimesh.creation.icosphere(subdivisions=4))
-    draw = torch.randn(len(pos), 1, generator=torch.Generator().manual_seed(0), dtype=pos.dtype)
-    noisy = pos + level * mean_edge_length(pos, face) * draw * vertex_normals(pos, face)
-    assert estimate_noise_level(noisy, face) == pytest.approx(level, rel=0.15, abs=0.02)
+def test_finds_the_noise_that_was_added(shape, level, meshes):
+    estimate = estimate_noise(*noisy(meshes[shape], GaussianNormalNoise(), level))
+    assert estimate.level == pytest.approx(level, rel=0.15, abs=0.02)
+    assert estimate.correlation == 0 or level < 0.1  # the edges of a cube stand out from weak noise
+
+
+@pytest.mark.parametrize("shape", ["sphere", "torus"])
+@pytest.mark.parametrize("level", [0.2, 0.4])
+def test_tells_correlated_noise_from_white(shape, level, meshes):
+    noise = CorrelatedNoise([0, 2, 8], [0.1, 0.6, 0.3])
+    estimate = estimate_noise(*noisy(meshes[shape], noise, level))
+    assert 0.5 * level < estimate.level < 1.2 * level
+    assert 0.6 < estimate.correlation <= 0.85
+
+
+def test_rounded_depths_do_not_count_as_flat():
+    grid = trimesh.creation.box((2, 2, 0.1)).subdivide_to_size(0.05)
+    noise = RayNoise([0, 2, 8], [0.1, 0.6, 0.3], camera=(0.0, 0.0, 9.0), step=0.3)
+    estimate = estimate_noise(*noisy(as_tensors(grid), noise, 0.6))
+    assert estimate.level > 0.25
+    assert estimate.correlation > 0.6
 
 
 def test_clean_meshes_have_little(fine_cube):
     assert estimate_noise_level(*fine_cube) < 0.01
     assert estimate_noise_level(*as_tensors(trimesh.creation.icosphere(subdivisions=4))) < 0.01
+    assert estimate_noise_level(*as_tensors(trimesh.creation.capsule(10, 3, count=[24, 24]))) < 0.01
+    assert estimate_noise_level(*as_tensors(trimesh.creation.torus(10, 3, 32, 16))) < 0.01
 
 
-def test_does_not_depend_on_unit_or_place(sphere_mesh):
+CAD = {
+    "cube of 12 faces": trimesh.creation.box((10, 10, 10)),
+    "plate of 12 faces": trimesh.creation.box((100, 100, 1)),
+    "cylinder of 12 sections": trimesh.creation.cylinder(5, 100, sections=12),
+    "cylinder of 64 sections": trimesh.creation.cylinder(5, 100, sections=64),
+    "cone of 64 faces": trimesh.creation.cone(5, 10, sections=32),
+    "tube": trimesh.creation.annulus(3, 5, 2),
+}
+
+
+@pytest.mark.parametrize("name", CAD)
+def test_clean_facetted_meshes_have_none(name):
+    assert estimate_noise(*as_tensors(CAD[name])) == (0, 0)
+
+
+@pytest.mark.parametrize("name", CAD)
+def test_sharp_edges_of_a_coarse_mesh_do_not_count_as_noise(name):
+    estimate = estimate_noise(*noisy(as_tensors(CAD[name]), GaussianNormalNoise(), 0.01))
+    assert estimate.level < 0.07  # the two bands alone read up to 0.7
+    assert estimate.correlation == 0
+
+
+def test_subdivided_cad_models_have_little_noise():
+    tube = trimesh.creation.cylinder(5, 100, sections=64).subdivide().subdivide()
+    assert estimate_noise_level(*as_tensors(tube)) == 0
+    assert estimate_noise_level(*noisy(as_tensors(tube), GaussianNormalNoise(), 0.01)) < 0.04
+
+
+def test_does_not_depend_on_unit_place_or_turn(sphere_mesh):
     pos, face = sphere_mesh
-    noisy = pos + 0.02 * torch.randn(pos.shape, generator=torch.Generator().manual_seed(0), dtype=pos.dtype)
-    level = estimate_noise_level(noisy, face)
-    assert estimate_noise_level(1e-4 * noisy + 10, face) == pytest.approx(level, rel=1e-6)
+    pos = pos + 0.02 * torch.randn(pos.shape, generator=torch.Generator().manual_seed(0), dtype=pos.dtype)
+    level = estimate_noise_level(pos, face)
+    assert estimate_noise_level(1e-4 * pos + 10, face) == pytest.approx(level, rel=1e-6)
+    turn = torch.linalg.qr(torch.randn(3, 3, generator=torch.Generator().manual_seed(1), dtype=pos.dtype))[0]
+    assert estimate_noise_level(pos @ turn, face) == pytest.approx(level, rel=1e-6)
 
 
 def test_loose_vertices_and_empty_meshes(sphere_mesh):
-    pos, face = sphere_mesh
+    pos, face = noisy(sphere_mesh, GaussianNormalNoise(), 0.2)
     lone = torch.cat([pos, pos.new_full((1000, 3), 5.0)])
-    assert estimate_noise_level(lone, face) == pytest.approx(estimate_noise_level(pos, face), rel=1e-6)
-    assert estimate_noise_level(torch.zeros(3, 3), torch.tensor([[0], [1], [2]])) == 0.0
+    assert estimate_noise_level(lone, face) == pytest.approx(estimate_noise_level(pos, face), rel=0.1)
+    assert estimate_noise(torch.zeros(3, 3), torch.tensor([[0], [1], [2]])) == (0, 0)
+    assert estimate_noise(torch.zeros(0, 3), torch.zeros(3, 0, dtype=torch.long)) == (0, 0)
+    assert estimate_noise(torch.eye(3), torch.tensor([[0], [1], [2]])) == (0, 0)
+
+
+def test_is_finite_for_degenerate_faces(sphere_mesh):
+    pos, face = sphere_mesh
+    doubled = torch.cat([face, face[:, :5], face[[0, 0, 1]][:, :5]], dim=1)
+    assert all(math.isfinite(value) for value in estimate_noise(pos, doubled))
+
+
+def test_finds_the_levels_of_the_benchmark(cnr_root):
+    folder = cnr_root / "Synthetic" / "test" / "noisy"
+    for name in ("block", "sphere", "star"):
+        for number, level in enumerate((0.1, 0.2, 0.3), start=1):
+            mesh = trimesh.load_mesh(folder / f"{name}_n{number}.obj", process=False, maintain_order=True)
+            estimate = estimate_noise(*as_tensors(mesh))
+            assert estimate.level == pytest.approx(level, rel=0.2)
+            assert estimate.correlation == 0
+
+
+@pytest.mark.parametrize("name", ["kinect_v1_pyramid_16", "print_nut", "ycb_banana"])
+def test_finds_that_the_noise_of_real_scans_is_correlated(name, cnr_root):
+    path = cnr_root.parent / "real" / f"{name}.npz"
+    if not path.is_file():
+        pytest.skip("the real scans are not beside this checkout (../shared/data/real)")
+    scan = np.load(path)
+    face = torch.from_numpy(scan["faces"].astype(np.int64)).t()
+    assert estimate_noise(torch.from_numpy(scan["k1"]), face).correlation > 0.6

@@ -15,7 +15,7 @@ def test_accepts_one_triangle():
 
 @pytest.mark.parametrize("pos", [POS.long(), POS[0], POS[:, :2]])
 def test_rejects_wrong_positions(pos):
-    with pytest.raises(ValueError, match=r"Expected 'pos' of shape \[num_vertices, 3\] and floating point \(got "):
+    with pytest.raises(ValueError, match=r"Expected 'pos' of shape \[num_vertices, 3\] and a float dtype \(got "):
         validate_mesh(pos, FACE)
 
 

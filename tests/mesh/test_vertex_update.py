@@ -151,7 +151,7 @@ def test_keeps_dtype(sphere_mesh):
     ("arguments", "text"),
     [
         ({"num_iterations": -1}, r"'num_iterations' of at least 0 \(got -1\)"),
-        ({"max_correlation": float("nan")}, r"'max_correlation' to be a number \(got nan\)"),
+        ({"max_correlation": float("nan")}, r"'max_correlation' as a number \(got nan\)"),
         ({"max_move": -0.5}, r"'max_move' of at least 0 \(got -0.5\)"),
         ({"fixed": torch.zeros(3, dtype=torch.bool)}, r"'fixed' of shape \[162\] \(got \[3\]\)"),
         ({"normal": torch.zeros(162, 3)}, r"'normal' of shape \[320, 3\] \(got \[162, 3\]\)"),

@@ -7,7 +7,7 @@ from torch_geometric.data import Batch
 
 from dnf_pyg.errors import MeshError
 from dnf_pyg.mesh import HeatGrowth, face_normals, nearest_faces
-from dnf_pyg.patches import PatchExtractor, face_surface, patch_to_data
+from dnf_pyg.patches import FaceFeatures, PatchExtractor, patch_to_data
 
 
 def brute_force(graph, face_id, k):
@@ -54,35 +54,38 @@ def test_data_form(cube_mesh):
     pos, face = cube_mesh
     normal = face_normals(pos, face)
     patch = PatchExtractor(pos, face, patch_size=100, k=10).extract(7)
-    data = patch_to_data(patch, normal, clean_normal=-normal)
+    features = FaceFeatures.from_mesh(pos, face)
+    data = patch_to_data(patch, features, clean_normal=-normal)
     data.validate()
     assert data.num_nodes == 100
     assert data.edge_index.shape == (2, 1000)
     assert data.edge_index.dtype == torch.long
     assert torch.equal(data.edge_index[1], torch.arange(100).repeat_interleave(10))
     assert torch.equal(data.edge_index.view(2, 100, 10)[0, :, 0], torch.arange(100))  # itself first
-    assert torch.equal(data.normal, normal[patch.face_id].float())
-    assert torch.equal(data.clean_normal, -data.normal)
-    assert "clean_normal" not in patch_to_data(patch, normal)
+    assert torch.equal(data.edge_attr, torch.arange(10).repeat(100))
+    assert data.num_node_features == 3
+    assert torch.equal(data.x, normal[patch.face_id].float())
+    assert torch.equal(data.y, -data.x)
+    assert "y" not in patch_to_data(patch, features)
 
 
-def test_surface_is_measured_from_the_seed(cube_mesh):
+def test_places_are_relative_to_the_seed(cube_mesh):
     pos, face = cube_mesh
     patch = PatchExtractor(pos, face, patch_size=100, k=10).extract(7)
     far = pos.double() + 1e6
-    surface = patch_to_data(patch, face_normals(pos, face), surface=face_surface(far, face)).surface
+    data = patch_to_data(patch, FaceFeatures.from_mesh(far, face))
     corner = far[face[:, patch.face_id]]
     for i in (0, 1, 57, 99):
         place = corner[:, i].sum(dim=0) / 3 - corner[:, 0].sum(dim=0) / 3
         area = torch.linalg.cross(corner[1, i] - corner[0, i], corner[2, i] - corner[0, i]).norm() / 2
-        torch.testing.assert_close(surface[i], torch.cat([place, area.view(1)]).float(), atol=1e-6, rtol=1e-5)
-    assert "surface" not in patch_to_data(patch, face_normals(pos, face))
+        torch.testing.assert_close(data.pos[i], place.float(), atol=1e-6, rtol=1e-5)
+        torch.testing.assert_close(data.area[i], area.float())
 
 
 def test_batch_keeps_patches_apart(cube_mesh):
     pos, face = cube_mesh
     extractor = PatchExtractor(pos, face, patch_size=60, k=5)
-    patches = [patch_to_data(extractor.extract(seed), face_normals(pos, face)) for seed in (0, 600)]
+    patches = [patch_to_data(extractor.extract(seed), FaceFeatures.from_mesh(pos, face)) for seed in (0, 600)]
     batch = Batch.from_data_list(patches)
     assert batch.seed_index.tolist() == [0, 60]
     assert torch.equal(batch.edge_index[:, 300:] - 60, patches[1].edge_index)
@@ -96,7 +99,7 @@ def test_component_smaller_than_patch_and_k(sphere_mesh):
     strip = torch.cat([face[:, :2], face[:, 100:103]], dim=1)
     patch = PatchExtractor(pos, strip, patch_size=4, k=50).extract(0)
     assert patch.neighbor.shape[0] == len(patch.face_id) <= 4
-    data = patch_to_data(patch, face_normals(pos, strip))
+    data = patch_to_data(patch, FaceFeatures.from_mesh(pos, strip))
     data.validate()
     assert (data.edge_index >= 0).all()
 
@@ -106,13 +109,15 @@ def test_ragged_rows_keep_their_order():
     face = torch.tensor([[0, 0], [1, 3], [2, 4]])
     heat_like = PatchExtractor(pos, face, k=2).extract(0)
     cut = heat_like._replace(neighbor=torch.tensor([[0, -1], [1, 0]], dtype=torch.int16))
-    assert patch_to_data(cut, face_normals(pos, face)).edge_index.tolist() == [[0, 1, 0], [0, 1, 1]]
+    data = patch_to_data(cut, FaceFeatures.from_mesh(pos, face))
+    assert data.edge_index.tolist() == [[0, 1, 0], [0, 1, 1]]
+    assert data.edge_attr.tolist() == [0, 0, 1]
 
 
 def test_one_triangle():
     pos, face = torch.eye(3), torch.tensor([[0], [1], [2]])
     for growth in (None, HeatGrowth()):
-        data = patch_to_data(PatchExtractor(pos, face, growth).extract(0), face_normals(pos, face))
+        data = patch_to_data(PatchExtractor(pos, face, growth).extract(0), FaceFeatures.from_mesh(pos, face))
         assert data.edge_index.tolist() == [[0], [0]]
 
 

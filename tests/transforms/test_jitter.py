@@ -6,17 +6,17 @@ from dnf_pyg.transforms import JitterNormal
 
 def test_jitter_moves_the_input_only(data):
     jittered = JitterNormal(sigma=0.005, clip=0.01, generator=torch.Generator().manual_seed(1))(data)
-    torch.testing.assert_close(jittered.normal.norm(dim=1), torch.ones(500))
-    assert torch.equal(jittered.clean_normal, data.clean_normal)
-    moved = (jittered.normal - data.normal).abs()
+    torch.testing.assert_close(jittered.x.norm(dim=1), torch.ones(500))
+    assert torch.equal(jittered.y, data.y)
+    moved = (jittered.x - data.x).abs()
     assert 0 < moved.max() < 0.03
-    assert 0.002 < (jittered.normal - data.normal).std() < 0.006
+    assert 0.002 < (jittered.x - data.x).std() < 0.006
 
 
 def test_jitter_leaves_the_input_unchanged(data):
-    before = data.normal.clone()
+    before = data.x.clone()
     JitterNormal()(data)
-    assert torch.equal(data.normal, before)
+    assert torch.equal(data.x, before)
 
 
 def test_repr():

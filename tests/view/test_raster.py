@@ -1,7 +1,7 @@
 import numpy as np
 import torch
 
-from dnf_pyg.view.raster import Camera, render
+from dnf_pyg.view import Camera, render
 
 FRONT = (0.0, 0.0, 1.0)
 
@@ -33,10 +33,22 @@ def test_fills_the_frame_without_leaving_it(sphere_mesh):
     assert abs(drawn.mean() - np.pi / 4 / 1.04**2) < 0.02
 
 
-def test_both_sides_of_a_face_are_lit():
+def test_both_sides_of_a_coloured_face_are_lit():
+    pos, face = square(0.0)
+    camera, color = Camera.looking_at(pos, FRONT), torch.full((2, 3), 0.5)
+    first, second = (render(pos, corners, camera, 8, color) for corners in (face, face.flip(0)))
+    np.testing.assert_array_equal(first, second)
+
+
+def test_faces_without_colour_are_grey_from_the_front_and_blue_from_behind():
     pos, face = square(0.0)
     camera = Camera.looking_at(pos, FRONT)
-    np.testing.assert_array_equal(render(pos, face, camera, 8), render(pos, face.flip(0), camera, 8))
+    red, _, blue = render(pos, face, camera, 8)[4, 4]
+    assert red == blue
+    red, _, blue = render(pos, face.flip(0), camera, 8)[4, 4]
+    assert blue > 1.5 * red
+    no_color = torch.full((2, 3), torch.nan)
+    np.testing.assert_array_equal(render(pos, face, camera, 8, no_color), render(pos, face, camera, 8))
 
 
 def test_same_picture_at_any_scale(sphere_mesh):

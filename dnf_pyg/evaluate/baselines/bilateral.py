@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from dnf_pyg.evaluate.baselines.filtered import FilteredMesh
-from dnf_pyg.mesh.adjacency import edge_adjacent, one_ring_csr
+from dnf_pyg.mesh.adjacency import edge_adjacent
 from dnf_pyg.mesh.geometry import face_areas, face_centroids, filled_face_normals
+from dnf_pyg.mesh.topology import Topology
 from dnf_pyg.mesh.validate import validate_mesh
 from dnf_pyg.mesh.vertex_update import update_vertices
 
@@ -59,7 +60,7 @@ class BilateralNormalFilter:
     def __call__(self, pos: Tensor, face: Tensor) -> FilteredMesh:
         """Denoise vertex positions (V, 3) of a mesh with faces (3, F)."""
         validate_mesh(pos, face)
-        ptr, neighbor = one_ring_csr(face, pos.size(0))
+        ptr, neighbor = Topology(face, pos.size(0)).one_ring
         normal = filled_face_normals(pos.double(), face).numpy()
         centroid = face_centroids(pos.double(), face).numpy()
         area = face_areas(pos.double(), face).numpy()

@@ -10,8 +10,9 @@ from torch import Tensor
 
 from dnf_pyg.evaluate.baselines.bilateral import Floats, average_normals, mean_centroid_distance, spatial_weights
 from dnf_pyg.evaluate.baselines.filtered import FilteredMesh
-from dnf_pyg.mesh.adjacency import edge_adjacent, one_ring_csr
+from dnf_pyg.mesh.adjacency import edge_adjacent
 from dnf_pyg.mesh.geometry import face_areas, face_centroids, filled_face_normals
+from dnf_pyg.mesh.topology import Topology
 from dnf_pyg.mesh.validate import validate_mesh
 from dnf_pyg.mesh.vertex_update import update_vertices
 
@@ -71,7 +72,7 @@ class GuidedNormalFilter:
     def __call__(self, pos: Tensor, face: Tensor) -> FilteredMesh:
         """Denoise vertex positions (V, 3) of a mesh with faces (3, F)."""
         validate_mesh(pos, face)
-        ring = one_ring_csr(face, pos.size(0))
+        ring = Topology(face, pos.size(0)).one_ring
         adjacent = edge_adjacent(face).numpy()
         across = np.searchsorted(adjacent[1], np.arange(face.size(1) + 1)), adjacent[0].astype(np.int32)
         centroid = face_centroids(pos.double(), face).numpy()

@@ -3,6 +3,8 @@
 All else in a file stays as it is: order, polygons, texture coordinates, materials, colours, attributes, comments.
 """
 
+import struct
+
 from dnf_pyg.io.formats.document import Document
 from dnf_pyg.io.formats.glb import GlbDocument
 from dnf_pyg.io.formats.gltf import GltfDocument
@@ -12,6 +14,7 @@ from dnf_pyg.io.formats.ply import PlyDocument
 from dnf_pyg.io.formats.stl import StlDocument
 
 __all__ = [
+    "DAMAGE",
     "DOCUMENTS",
     "Document",
     "GlbDocument",
@@ -30,3 +33,14 @@ DOCUMENTS: dict[str, type[Document]] = {
     ".glb": GlbDocument,
     ".gltf": GltfDocument,
 }
+# What damaged data leads to while it is read
+DAMAGE = (
+    ValueError,
+    LookupError,
+    TypeError,
+    AttributeError,
+    ArithmeticError,
+    MemoryError,
+    RecursionError,
+    struct.error,
+)

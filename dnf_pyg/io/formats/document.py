@@ -1,27 +1,37 @@
 """What the file formats share: a file in memory whose vertex positions can be replaced."""
 
-import re
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from dnf_pyg.mesh.weld import coincident_rows
-
-__all__ = ["Document", "fan", "moved_normals", "number_text", "replace_tokens"]
+__all__ = ["Document", "Floats", "Ints", "UnsupportedError", "fan"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-_SEPARATOR = re.compile(rb"((?:\s|\\\r?\n)+)")
+_BYTE_ORDER_MARK = b"\xef\xbb\xbf"  # of UTF-8, before the first character of a text file
+
+
+class UnsupportedError(ValueError):
+    """A file that is whole, but cannot be read.
+
+    Args:
+        reason: What stands in the way.
+        remedy: What to do about it, a sentence.
+    """
+
+    def __init__(self, reason: str, remedy: str) -> None:
+        super().__init__(reason)
+        self.remedy = remedy
 
 
 class Document(ABC):
     """A mesh file in memory.
 
-    Constructors raise ``ValueError``, or whatever damaged data leads to, if the bytes cannot be understood.
+    Constructors raise :class:`UnsupportedError`, or whatever damaged data leads to, if the bytes cannot be understood.
 
     Args:
         data: The file's bytes.
@@ -36,19 +46,28 @@ class Document(ABC):
     face: Ints
 
     def __init__(self, data: bytes, folder: Path) -> None:
-        self.data = data
+        self.data = data.removeprefix(_BYTE_ORDER_MARK)
         self.folder = folder
+        self._mark = data[: len(data) - len(self.data)]
+        self._placeless: NDArray[np.bool_] | slice = slice(0)
 
     def with_positions(self, pos: Floats) -> bytes:
         """Write the file with other positions (V, 3); lines and bytes of vertices that stay are kept as they are."""
-        return self._rewritten(pos) if len(self.moved(pos)) else self.data
+        return self._mark + (self._rewritten(pos) if len(self.moved(pos)) else self.data)
 
     @abstractmethod
     def _rewritten(self, pos: Floats) -> bytes: ...
 
-    def companions(self) -> list[str]:
-        """Names of other files that this one refers to, relative to its folder."""
-        return []
+    @classmethod
+    def place_companions(cls, data: bytes, folder: Path, place: Callable[[str], str]) -> bytes:
+        """Replace the names of other files that a file of this format refers to.
+
+        Args:
+            data: The file.
+            folder: Folder that the names are relative to.
+            place: Gives the new name of a file; only the part after the last slash may differ.
+        """
+        return data
 
     def property(self, name: str) -> Floats:
         """Numbers of that name in the file, one per vertex or triangle.
@@ -61,7 +80,26 @@ class Document(ABC):
 
     def moved(self, pos: Floats) -> Ints:
         """Vertices whose position differs from the file's, in rising order."""
-        return np.flatnonzero((pos != self.pos).any(axis=1))
+        differs = (pos != self.pos).any(axis=1)
+        differs[self._placeless] = False
+        return np.flatnonzero(differs)
+
+    def settle_unused(self, limit: float) -> None:
+        """Give a position to vertices that no face uses and that have none; in the file they stay as they are.
+
+        Args:
+            limit: Largest absolute coordinate that counts as a position.
+        """
+        unused = np.ones(len(self.pos), dtype=bool)
+        unused[self.face] = False
+        self._placeless = unused & ~(np.abs(self.pos) <= limit).all(axis=1)
+        self.pos[self._placeless] = self.pos[self.face[0, 0]]
+
+    def _used(self, values: Floats) -> Floats:
+        """Rows of those vertices that belong to a face."""
+        used = np.zeros(len(values), dtype=bool)
+        used[self.face] = True
+        return values[used]
 
 
 def fan(count: Ints) -> Ints:
@@ -82,71 +120,3 @@ def fan(count: Ints) -> Ints:
     first = np.repeat(start, triangles)
     step = np.arange(triangles.sum()) - np.repeat(np.cumsum(triangles) - triangles, triangles)
     return np.stack([first, first + step + 1, first + step + 2], axis=1)
-
-
-def moved_normals(normal: Floats, corner_normal: Ints, face: Ints, pos: Floats, new_pos: Floats) -> Floats:
-    """Recompute the normals that a file stores after its vertices have moved.
-
-    Faces share a normal where the file lets them: at the same place with the same stored normal, also across the seam
-    of a texture. Hard edges thus stay hard, flat shading flat, and smooth shading smooth.
-
-    Args:
-        normal: Stored normals, (M, 3).
-        corner_normal: Stored normal of each corner of each triangle, (F, 3).
-        face: Vertices of each triangle, (F, 3).
-        pos: Positions in the file, (V, 3).
-        new_pos: New positions, (V, 3).
-
-    Returns:
-        Normals, (M, 3): area weighted and of unit length where a face around has moved, else the stored ones.
-    """
-    place = coincident_rows(pos)[0][face]
-    value = coincident_rows(normal)[0][corner_normal]
-    _, group = np.unique(place * (value.max(initial=0) + 1) + value, return_inverse=True)
-    sums = []
-    for where in (pos, new_pos):
-        a, b, c = where[face].transpose(1, 0, 2)
-        by_face = np.repeat(np.cross(b - a, c - a), 3, axis=0)  # (3 F, 3), twice the area long
-        sums.append(_add_rows(_add_rows(by_face, group.ravel())[group.ravel()], corner_normal.ravel(), len(normal)))
-    before, after = sums
-    sign = np.where((before * normal).sum(axis=1, keepdims=True) < 0, -1.0, 1.0)  # normals that point inwards stay so
-    length = np.linalg.norm(after, axis=1, keepdims=True)
-    changed = (before != after).any(axis=1, keepdims=True) & (length > 0)
-    return np.where(changed, sign * after / np.where(length > 0, length, 1.0), normal)
-
-
-def _add_rows(rows: Floats, index: Ints, size: int | None = None) -> Floats:
-    """Sum rows (N, 3) that have the same index (N,)."""
-    size = int(index.max(initial=-1)) + 1 if size is None else size
-    return np.stack([np.bincount(index, rows[:, axis], size) for axis in range(3)], axis=1)
-
-
-def number_text(values: Floats, like: Floats) -> list[list[bytes]]:
-    """Write numbers (N, C) as text, fine enough to resolve 1e-9 of the extent of ``like`` (V, C).
-
-    Examples:
-        >>> number_text(np.array([[0.5, 1 / 3]]), np.array([[0.0, 0.0], [100.0, 100.0]]))
-        [[b'0.50000000', b'0.33333333']]
-    """
-    extent = float(np.ptp(like, axis=0).max(initial=0.0)) or float(np.abs(like).max(initial=0.0)) or 1.0
-    decimals = int(np.clip(10 - np.ceil(np.log10(extent)), 0, 300))
-    return [[b"%.*f" % (decimals, value) for value in row] for row in values.tolist()]
-
-
-def replace_tokens(line: bytes, columns: Sequence[int], values: Sequence[bytes]) -> bytes:
-    """Replace words of a line and keep its spacing.
-
-    Examples:
-        >>> replace_tokens(b"v  1 2 3 # tip", (1, 2, 3), (b"7", b"8", b"9"))
-        b'v  7 8 9 # tip'
-    """
-    words = line.split(b" ")
-    if b"" not in words and not line.count(b"\t") and not line.count(b"\r") and not line.count(b"\\"):  # the usual line
-        for column, value in zip(columns, values, strict=True):
-            words[column] = value
-        return b" ".join(words)
-    parts = _SEPARATOR.split(line)
-    indent = 2 if parts[0] == b"" else 0
-    for column, value in zip(columns, values, strict=True):
-        parts[2 * column + indent] = value
-    return b"".join(parts)

@@ -1,13 +1,12 @@
 """glTF 2.0 as one binary file."""
 
-import copy
-import json
 import struct
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from dnf_pyg.io.formats.document import Document, Floats
-from dnf_pyg.io.formats.gltf import gltf_text, load_uri, uris_beside
+from dnf_pyg.io.formats.document import Floats
+from dnf_pyg.io.formats.gltf import GltfDocument, gltf_text, load_uri, parse_tree, place_uris
 from dnf_pyg.io.formats.gltf_scene import GltfScene
 
 __all__ = ["GlbDocument", "glb_bytes"]
@@ -18,56 +17,56 @@ _JSON = int.from_bytes(b"JSON", "little")
 _BIN = int.from_bytes(b"BIN\0", "little")
 
 
-class GlbDocument(Document):
+class GlbDocument(GltfDocument):
     """A glb file: positions of all triangles move, their bounds, normals and tangents follow, all else stays."""
 
-    def __init__(self, data: bytes, folder: Path) -> None:
-        super().__init__(data, folder)
-        self.chunks = _read_chunks(data)
-        inside = next((chunk for kind, chunk in self.chunks if kind == _BIN), b"")
-        tree = json.loads(next((chunk for kind, chunk in self.chunks if kind == _JSON), b""))
+    def _read_scene(self) -> GltfScene:
+        self.chunks = _read_chunks(self.data)
+        tree = parse_tree(next((chunk for kind, chunk in self.chunks if kind == _JSON), b""))
         entries = tree.get("buffers", [])
-        self.inside = next((i for i, entry in enumerate(entries) if "uri" not in entry), None)  # number of that buffer
-        buffers = [load_uri(entry["uri"], folder) if "uri" in entry else inside for entry in entries]
-        self.scene = GltfScene(tree, buffers)
-        self.pos, self.face = self.scene.pos, self.scene.face
-
-    def companions(self) -> list[str]:
-        """Textures and buffers beside the file."""
-        return uris_beside(self.scene.tree, "images") + uris_beside(self.scene.tree, "buffers")
+        self.has_inside = bool(entries) and "uri" not in entries[0]  # the first buffer is the binary chunk
+        buffers = [next((chunk for kind, chunk in self.chunks if kind == _BIN), b"")] if self.has_inside else []
+        return GltfScene(tree, buffers + [load_uri(entry.get("uri"), self.folder) for entry in entries[len(buffers) :]])
 
     def as_gltf(self) -> bytes:
         """Write the same as the text of a gltf file."""
         return gltf_text(self.scene.tree, dict(enumerate(self.scene.buffers)))
 
-    def property(self, name: str) -> Floats:
-        """Numbers of a vertex attribute, (V,): ``_NAME`` in the file, 0 where a part of the scene has none."""
-        return self.scene.property(name)
+    @classmethod
+    def place_companions(cls, data: bytes, folder: Path, place: Callable[[str], str]) -> bytes:
+        """Replace the names of pictures and buffers beside the file."""
+        chunks = _read_chunks(data)
+        tree = parse_tree(next(chunk for kind, chunk in chunks if kind == _JSON))
+        return _joined(chunks, {_JSON: gltf_text(tree, {})}) if place_uris(tree, place) else data
 
     def _rewritten(self, pos: Floats) -> bytes:
         tree, buffers = self.scene.moved(pos, self.moved(pos))
-        changed = [i for i, before in enumerate(self.scene.buffers) if before != buffers[i] and i != self.inside]
-        text = gltf_text(tree, {i: buffers[i] for i in changed})
-        replaced = {_JSON: text + b" " * (-len(text) % 4)}
-        if self.inside is not None:
-            replaced[_BIN] = buffers[self.inside]
-        return _joined([(kind, replaced.get(kind, chunk)) for kind, chunk in self.chunks])
+        start = int(self.has_inside)
+        changed = [i for i, before in enumerate(self.scene.buffers) if before != buffers[i] and i >= start]
+        replaced = {_JSON: gltf_text(tree, {i: buffers[i] for i in changed})}
+        if self.has_inside:
+            replaced[_BIN] = buffers[0]
+        return _joined(self.chunks, replaced)
 
 
 def glb_bytes(tree: dict[str, Any], buffers: list[bytes]) -> bytes:
     """Write a description with its buffers as one binary file: the first as it is, others as text."""
-    tree = copy.deepcopy(tree)
-    for entry in tree.get("buffers", [])[:1]:
+    entries = [dict(entry) for entry in tree.get("buffers", [])]
+    for entry in entries[:1]:
         entry.pop("uri", None)
-    text = gltf_text(tree, dict(list(enumerate(buffers))[1:]))
-    chunks = [(_JSON, text + b" " * (-len(text) % 4))]
-    chunks += [(_BIN, buffer + bytes(-len(buffer) % 4)) for buffer in buffers[:1]]
-    return _joined(chunks)
+    text = gltf_text({**tree, "buffers": entries} if entries else tree, dict(list(enumerate(buffers))[1:]))
+    return _joined([(_JSON, text), *((_BIN, buffer) for buffer in buffers[:1])], {})
 
 
-def _joined(chunks: list[tuple[int, bytes]]) -> bytes:
-    joined = b"".join(_CHUNK.pack(len(chunk), kind) + chunk for kind, chunk in chunks)
-    return _HEADER.pack(b"glTF", 2, _HEADER.size + len(joined)) + joined
+def _joined(chunks: list[tuple[int, bytes]], replaced: dict[int, bytes]) -> bytes:
+    """Write chunks, some of them with other content, each padded to a multiple of four bytes."""
+    replaced = dict(replaced)  # the first chunk of each kind counts
+    parts = []
+    for kind, chunk in chunks:
+        content = replaced.pop(kind, chunk)
+        content += (b" " if kind == _JSON else b"\0") * (-len(content) % 4)
+        parts += [_CHUNK.pack(len(content), kind), content]
+    return _HEADER.pack(b"glTF", 2, _HEADER.size + sum(map(len, parts))) + b"".join(parts)
 
 
 def _read_chunks(data: bytes) -> list[tuple[int, bytes]]:

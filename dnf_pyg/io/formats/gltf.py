@@ -1,16 +1,18 @@
 """glTF 2.0 as text, with buffers beside it or inside."""
 
 import base64
-import copy
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
-from urllib.parse import unquote
+from urllib.parse import quote, unquote
 
-from dnf_pyg.io.formats.document import Document, Floats
+from dnf_pyg.io.folder import CompanionError, find_beside
+from dnf_pyg.io.formats.document import Document, Floats, UnsupportedError
 from dnf_pyg.io.formats.gltf_scene import GltfScene
+from dnf_pyg.io.formats.text import check_text
 
-__all__ = ["GltfDocument", "gltf_text", "load_uri", "uris_beside"]
+__all__ = ["GltfDocument", "gltf_text", "load_uri", "parse_tree", "place_uris"]
 
 _DATA_URI = "data:application/octet-stream;base64,"
 
@@ -23,19 +25,23 @@ class GltfDocument(Document):
 
     def __init__(self, data: bytes, folder: Path) -> None:
         super().__init__(data, folder)
-        tree = json.loads(data.decode("utf-8-sig"))
-        if not isinstance(tree, dict):
-            raise ValueError("JSON, but no glTF")
-        self.scene = GltfScene(tree, [load_uri(buffer.get("uri", ""), folder) for buffer in tree.get("buffers", [])])
+        self.scene = self._read_scene()
         self.pos, self.face = self.scene.pos, self.scene.face
 
-    def companions(self) -> list[str]:
-        """Textures and buffers beside the file."""
-        return uris_beside(self.scene.tree, "images") + uris_beside(self.scene.tree, "buffers")
+    def _read_scene(self) -> GltfScene:
+        check_text(self.data[:1000])
+        tree = parse_tree(self.data)
+        return GltfScene(tree, [load_uri(entry.get("uri"), self.folder) for entry in tree.get("buffers", [])])
 
     def property(self, name: str) -> Floats:
         """Numbers of a vertex attribute, (V,): ``_NAME`` in the file, 0 where a part of the scene has none."""
         return self.scene.property(name)
+
+    @classmethod
+    def place_companions(cls, data: bytes, folder: Path, place: Callable[[str], str]) -> bytes:
+        """Replace the names of pictures and buffers beside the file."""
+        tree = parse_tree(data)
+        return gltf_text(tree, {}) if place_uris(tree, place) else data
 
     def _rewritten(self, pos: Floats) -> bytes:
         tree, buffers = self.scene.moved(pos, self.moved(pos))
@@ -43,38 +49,67 @@ class GltfDocument(Document):
         return gltf_text(tree, {i: buffers[i] for i in changed})
 
 
-def gltf_text(tree: dict[str, Any], inside: dict[int, bytes]) -> bytes:
-    """Write a description with some of its buffers, by number, put into it."""
-    tree = copy.deepcopy(tree)
-    for number, data in inside.items():
-        tree["buffers"][number]["uri"] = _DATA_URI + base64.b64encode(data).decode()
-    return json.dumps(tree, separators=(",", ":"), ensure_ascii=False).encode()
-
-
-def uris_beside(tree: dict[str, Any], kind: str) -> list[str]:
-    """Names of the files that "images" or "buffers" of a description lie in.
-
-    Examples:
-        >>> uris_beside({"images": [{"uri": "a%20b.png"}, {"uri": "data:,"}, {"bufferView": 3}]}, "images")
-        ['a b.png']
-    """
-    uris = [entry.get("uri", "data:") for entry in tree.get(kind, [])]
-    return [unquote(uri) for uri in uris if not uri.startswith("data:")]
-
-
-def load_uri(uri: str, folder: Path) -> bytes:
-    r"""Read a buffer: from the text itself, or from a file beside it.
+def parse_tree(data: bytes) -> dict[str, Any]:
+    """Parse a description.
 
     Raises:
-        ValueError: If it does not exist.
+        ValueError: If it is no JSON, or not that of glTF.
+    """
+    tree = json.loads(data.decode("utf-8-sig"))
+    if not isinstance(tree, dict):
+        raise ValueError("it is JSON, but not glTF")
+    return tree
+
+
+def gltf_text(tree: dict[str, Any], inside: dict[int, bytes]) -> bytes:
+    """Write a description with some of its buffers, by number, put into it."""
+    if inside:
+        buffers = [dict(entry) for entry in tree["buffers"]]
+        for number, data in inside.items():
+            buffers[number]["uri"] = _DATA_URI + base64.b64encode(data).decode()
+        tree = {**tree, "buffers": buffers}
+    return json.dumps(tree, separators=(",", ":"), ensure_ascii=False).encode(errors="backslashreplace")
+
+
+def place_uris(tree: dict[str, Any], place: Callable[[str], str]) -> bool:
+    """Replace the names of files that a description refers to, in place; tell whether any has changed.
+
+    Examples:
+        >>> tree = {"images": [{"uri": "a%20b.png"}, {"uri": "data:,"}, {"bufferView": 3}]}
+        >>> place_uris(tree, lambda name: name.replace("a b", "c d"))
+        True
+        >>> tree["images"][0]
+        {'uri': 'c%20d.png'}
+    """
+    changed = False
+    for entry in [*tree.get("images", []), *tree.get("buffers", [])]:
+        uri = entry.get("uri", "data:")
+        if not uri.startswith("data:"):
+            name = unquote(uri)
+            new = place(name)
+            if new != name:
+                entry["uri"] = quote(new)
+                changed = True
+    return changed
+
+
+def load_uri(uri: str | None, folder: Path) -> bytes:
+    r"""Read a buffer: from the text itself, or from a file in or below the folder of the mesh.
+
+    Raises:
+        UnsupportedError: If there is none.
 
     Examples:
         >>> load_uri("data:application/octet-stream;base64,AAEC", Path())
         b'\x00\x01\x02'
     """
+    if uri is None:
+        raise UnsupportedError("one of its buffers has no data, as with compression", "Export it without compression.")
     if uri.startswith("data:"):
         return base64.b64decode(uri.split(",", 1)[1])
-    path = folder / unquote(uri)
-    if not uri or not path.is_file():
-        raise ValueError(f"its buffer '{path}' does not exist")
-    return path.read_bytes()
+    try:
+        return find_beside(folder, unquote(uri)).read_bytes()
+    except CompanionError as error:
+        raise UnsupportedError(
+            f"its buffer {uri!r} cannot be read, since {error}", "Put it beside the mesh and refer to it by its name."
+        ) from error

@@ -32,7 +32,7 @@ def mesh_transforms(tree: dict[str, Any]) -> dict[int, Floats]:
         visited.add(number)
         node = nodes[number]
         transform = parent @ _node_matrix(node)
-        if "mesh" in node and "skin" not in node and abs(np.linalg.det(transform)) > 0:
+        if "mesh" in node and "skin" not in node and _is_invertible(transform):
             transforms.setdefault(node["mesh"], transform)
         stack += [(child, transform) for child in reversed(node.get("children", []))]
     return transforms
@@ -41,6 +41,11 @@ def mesh_transforms(tree: dict[str, Any]) -> dict[int, Floats]:
 def apply_transform(transform: Floats, pos: Floats) -> Floats:
     """Positions (V, 3) seen through a transform (4, 4)."""
     return pos @ transform[:3, :3].T + transform[:3, 3]
+
+
+def _is_invertible(transform: Floats) -> bool:
+    with np.errstate(all="ignore"):
+        return bool(abs(np.linalg.det(transform)) > 0) and bool(np.isfinite(np.linalg.inv(transform)).all())
 
 
 def _node_matrix(node: dict[str, Any]) -> Floats:

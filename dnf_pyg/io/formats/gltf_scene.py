@@ -1,25 +1,28 @@
 """Positions, normals and triangles inside a glTF description and its buffers."""
 
-import copy
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from dnf_pyg.io.formats.document import Floats, Ints, moved_normals
+from dnf_pyg.io.formats.document import Floats, Ints, UnsupportedError
 from dnf_pyg.io.formats.gltf_nodes import apply_transform, mesh_transforms
+from dnf_pyg.io.formats.normals import moved_normals
 
 __all__ = ["GltfScene"]
 
 _COMPONENTS = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
-_COMPRESSED = ("KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_mesh_quantization")
+_COPIES = ("KHR_draco_mesh_compression", "EXT_meshopt_compression")  # may stand beside plain data
+_COMPRESSED = (*_COPIES, "KHR_mesh_quantization")
 _TRIANGLES, _STRIP, _FAN = 4, 5, 6
-_MOVING = ("POSITION", "NORMAL", "TANGENT")
+_SHADING = {"NORMAL": 3, "TANGENT": 4}  # numbers per vertex
 
 
 class GltfScene:
     """The triangles of a glTF description.
+
+    Compressed copies beside plain data (Draco, meshopt) are dropped as soon as a vertex moves.
 
     Positions are those of the scene (a node's scale, turn and place applied, the first one where several nodes show a
     mesh); they are written back in the mesh's own frame.
@@ -37,13 +40,14 @@ class GltfScene:
         self.tree, self.buffers = tree, buffers
         used = [name for name in self.tree.get("extensionsRequired", []) if name in _COMPRESSED]
         if used:
-            raise ValueError(f"it is compressed with {used[0]}, which is not supported: export it without compression")
+            raise UnsupportedError(f"it is compressed with {used[0]}", "Export it without compression.")
         transforms = mesh_transforms(self.tree)
         self.spans: dict[int, slice] = {}  # vertices by POSITION accessor
         self.transforms: dict[int, Floats] = {}
-        self.companion_of: dict[int, dict[str, int]] = {}  # NORMAL and TANGENT accessors by POSITION accessor
+        self.shading: dict[int, dict[str, int]] = {}  # NORMAL and TANGENT accessors by POSITION accessor
         pos, face = [np.empty((0, 3))], [np.empty((0, 3), dtype=np.int64)]
-        num_vertices = 0
+        num_vertices = num_faces = 0
+        num_bytes = sum(map(len, buffers))
         for number, mesh in enumerate(self.tree.get("meshes", [])):
             for primitive in mesh["primitives"]:
                 accessor = primitive["attributes"].get("POSITION")
@@ -54,26 +58,36 @@ class GltfScene:
                     self.transforms[accessor] = transforms.get(number, np.eye(4))
                     pos.append(apply_transform(self.transforms[accessor], local))
                     self.spans[accessor] = slice(num_vertices, num_vertices + len(local))
-                    self.companion_of[accessor] = {}
+                    self.shading[accessor] = {}
                     num_vertices += len(local)
-                for name in _MOVING[1:]:
+                for name, width in _SHADING.items():
                     if name in primitive["attributes"]:
-                        self.companion_of[accessor].setdefault(name, primitive["attributes"][name])
+                        self._check_shading(primitive["attributes"][name], width, self.spans[accessor])
+                        self.shading[accessor].setdefault(name, primitive["attributes"][name])
                 face.append(self._triangles(primitive, self.spans[accessor]))
+                num_faces += len(face[-1])
+                if max(num_vertices, num_faces) > num_bytes:
+                    raise ValueError("its parts repeat the same vertices or faces too often")
         self.pos, self.face = np.concatenate(pos), np.concatenate(face)
 
     def _positions(self, accessor: int) -> Floats:
         entry = self.tree["accessors"][accessor]
-        if entry["componentType"] != 5126 or entry["type"] != "VEC3" or "sparse" in entry:
-            raise ValueError("its positions are not plain floats: export it without quantization and sparse accessors")
-        return self._view(self.buffers, accessor).astype(np.float64)
+        if entry["componentType"] != 5126 or entry["type"] != "VEC3":
+            raise UnsupportedError("its positions are not plain floats", "Export it without quantization.")
+        with np.errstate(invalid="ignore"):  # signalling NaN in a damaged file
+            return self._view(self.buffers, accessor).astype(np.float64)
+
+    def _check_shading(self, accessor: int, width: int, span: slice) -> None:
+        stored = self._view(self.buffers, accessor)
+        if stored.dtype != np.float32 or stored.shape != (span.stop - span.start, width):
+            raise ValueError("its normals or tangents are not plain floats, one for each vertex")
 
     def _triangles(self, primitive: dict[str, Any], span: slice) -> Ints:
         corner = np.arange(span.stop - span.start)
         if "indices" in primitive:
             corner = self._view(self.buffers, primitive["indices"])[:, 0].astype(np.int64)
-            attributes = [primitive["attributes"][name] for name in _MOVING if name in primitive["attributes"]]
-            if any(self._overlap(primitive["indices"], accessor) for accessor in attributes):
+            names = [name for name in ("POSITION", *_SHADING) if name in primitive["attributes"]]
+            if any(self._overlap(primitive["indices"], primitive["attributes"][name]) for name in names):
                 raise ValueError("its vertices and faces share bytes")
         if corner.max(initial=-1) >= span.stop - span.start:
             raise ValueError(f"a face names vertex {corner.max()} of {span.stop - span.start}")
@@ -113,7 +127,8 @@ class GltfScene:
 
     def moved(self, pos: Floats, vertices: Ints) -> tuple[dict[str, Any], list[bytes]]:
         """Description and buffers with other positions (V, 3), of which ``vertices`` differ."""
-        tree = copy.deepcopy(self.tree)
+        tree = self._without_copies() if len(vertices) else dict(self.tree)
+        tree["accessors"] = [dict(entry) for entry in tree["accessors"]]
         buffers = [bytearray(buffer) for buffer in self.buffers]
         moved = np.zeros(len(pos), dtype=bool)
         moved[vertices] = True
@@ -128,27 +143,49 @@ class GltfScene:
         self._move_normals(buffers, pos)
         return tree, [bytes(buffer) for buffer in buffers]
 
+    def _without_copies(self) -> dict[str, Any]:
+        """The description without compressed copies of the same triangles, which viewers would show instead."""
+
+        def plain(entry: dict[str, Any]) -> dict[str, Any]:
+            if not any(name in entry.get("extensions", {}) for name in _COPIES):
+                return entry
+            others = {name: value for name, value in entry["extensions"].items() if name not in _COPIES}
+            rest = {name: value for name, value in entry.items() if name != "extensions"}
+            return rest | ({"extensions": others} if others else {})
+
+        tree = dict(self.tree)
+        kept = [name for name in tree.pop("extensionsUsed", []) if name not in _COPIES]
+        if kept:  # an empty list is not allowed
+            tree["extensionsUsed"] = kept
+        tree["bufferViews"] = [plain(view) for view in tree["bufferViews"]]
+        tree["meshes"] = [
+            mesh | {"primitives": [plain(primitive) for primitive in mesh["primitives"]]} for mesh in tree["meshes"]
+        ]
+        return tree
+
     def _move_normals(self, buffers: list[bytearray], pos: Floats) -> None:
-        spans = {accessor: span for accessor, span in self.spans.items() if "NORMAL" in self.companion_of[accessor]}
+        spans = {accessor: span for accessor, span in self.spans.items() if "NORMAL" in self.shading[accessor]}
         if not spans:
             return
         normal = np.zeros_like(self.pos)
         for accessor, span in spans.items():
-            stored = self._view(self.buffers, self.companion_of[accessor]["NORMAL"])
+            stored = self._view(self.buffers, self.shading[accessor]["NORMAL"]).astype(np.float64)
             normal[span] = stored @ np.linalg.inv(self.transforms[accessor])[:3, :3]  # by the inverse transpose
-        shaded = np.concatenate([np.arange(span.start, span.stop) for span in spans.values()])
-        face = self.face[np.isin(self.face[:, 0], shaded)]
+        shaded = np.zeros(len(self.pos), dtype=bool)
+        for span in spans.values():
+            shaded[span] = True
+        face = self.face[shaded[self.face[:, 0]]]
         updated = moved_normals(normal, face, face, self.pos, pos)
         changed = (updated != normal).any(axis=1)
         for accessor, span in spans.items():
-            names = self.companion_of[accessor]
-            local = updated[span][changed[span]] @ self.transforms[accessor][:3, :3]
-            local /= np.linalg.norm(local, axis=1, keepdims=True)
-            self._view(buffers, names["NORMAL"])[changed[span]] = local
+            names = self.shading[accessor]
+            before = self._view(self.buffers, names["NORMAL"])[changed[span]].astype(np.float64)
+            after = updated[span][changed[span]] @ self.transforms[accessor][:3, :3]
+            after /= np.linalg.norm(after, axis=1, keepdims=True)
+            self._view(buffers, names["NORMAL"])[changed[span]] = after
             if "TANGENT" in names:
-                before = self._view(self.buffers, names["NORMAL"])[changed[span]]
                 tangent = self._view(buffers, names["TANGENT"])
-                tangent[changed[span], :3] = _turned(tangent[changed[span], :3], before, local)
+                tangent[changed[span], :3] = _turned(tangent[changed[span], :3], before, after)
 
     def _overlap(self, first: int, second: int) -> bool:
         """Whether the stretches of two accessors share bytes."""
@@ -159,6 +196,8 @@ class GltfScene:
     def _view(self, buffers: list[Any], accessor: int) -> NDArray[Any]:
         """Values of an accessor, (N, C), as a view of its buffer."""
         entry = self.tree["accessors"][accessor]
+        if "sparse" in entry:
+            raise UnsupportedError("it has sparse accessors", "Export it without them.")
         view = self.tree["bufferViews"][entry["bufferView"]]
         type_ = np.dtype(_COMPONENTS[entry["componentType"]])
         width = _WIDTHS[entry["type"]]
@@ -167,7 +206,7 @@ class GltfScene:
         count = entry["count"]
         buffer = buffers[view["buffer"]]
         needed = offset + (count - 1) * stride + width * type_.itemsize if count else 0
-        if min(offset, count, stride) < 0 or needed > len(buffer):
+        if min(offset, count) < 0 or stride < width * type_.itemsize or needed > len(buffer):
             raise ValueError(f"accessor {accessor} needs {needed} bytes of a buffer of {len(buffer)}")
         return np.ndarray((count, width), type_, buffer, offset, (stride, type_.itemsize))
 

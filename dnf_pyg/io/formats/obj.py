@@ -1,16 +1,22 @@
 """Wavefront obj files."""
 
 import re
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
-from dnf_pyg.io.formats.document import Document, Floats, Ints, fan, moved_normals, number_text, replace_tokens
+from dnf_pyg.io.folder import is_beside
+from dnf_pyg.io.formats.document import Document, Floats, Ints, fan
+from dnf_pyg.io.formats.mtl import replace_name
+from dnf_pyg.io.formats.normals import moved_normals
+from dnf_pyg.io.formats.text import check_text, number_text, parse_numbers, replace_tokens
 
 __all__ = ["ObjDocument"]
 
 _LINE_END = re.compile(rb"(?<!\\)(?<!\\\r)\n")
-_TEXTURE = (b"map_", b"bump", b"disp", b"decal", b"refl", b"norm")
+_LIBRARY = re.compile(rb"^([ \t]*mtllib[ \t]+)([^\r\n]*?)([ \t\r]*)$", re.MULTILINE)
+_BLANKS = re.compile(rb"([ \t]+)")
 
 
 class ObjDocument(Document):
@@ -24,6 +30,8 @@ class ObjDocument(Document):
 
     def __init__(self, data: bytes, folder: Path) -> None:
         super().__init__(data, folder)
+        check_text(data)
+        data = self.data
         self.lines = _LINE_END.split(data) if b"\\\n" in data or b"\\\r\n" in data else data.split(b"\n")
         self.rows = self._rows_by_keyword()
         self.pos = self._numbers(b"v")
@@ -32,42 +40,38 @@ class ObjDocument(Document):
 
     def _rewritten(self, pos: Floats) -> bytes:
         lines = list(self.lines)
-        self._replace(lines, self.rows[b"v"], self.moved(pos), pos)
-        if self.corner_normal is not None:
-            normal = moved_normals(self.normal, self.corner_normal, self.face, self.pos, pos)
-            self._replace(lines, self.rows[b"vn"], np.flatnonzero((normal != self.normal).any(axis=1)), normal)
+        self._replace(lines, b"v", self.moved(pos), pos, self._used(pos))
+        if len(self.corner_normal):
+            face = self.face[self.has_normal]
+            normal = moved_normals(self.normal, self.corner_normal, face, self.pos, pos)
+            self._replace(lines, b"vn", np.flatnonzero((normal != self.normal).any(axis=1)), normal, normal)
         return b"\n".join(lines)
 
-    def companions(self) -> list[str]:
-        """Material libraries, and the textures that they name."""
-        libraries = []
-        for line in self._plain_lines(b"mtllib"):
-            whole = line.strip()[6:].strip()
-            libraries += [whole] if self._is_file(whole) else whole.split()  # names may hold blanks, or be several
-        textures = []
-        for library in filter(self._is_file, libraries):
-            lines = [line.split() for line in (self.folder / _name(library)).read_bytes().splitlines()]
-            for words in lines:
-                if len(words) > 1 and words[0].lower().startswith(_TEXTURE):
-                    endings = [b" ".join(words[start:]) for start in range(1, len(words))]  # options come first
-                    textures.append(next(filter(self._is_file, endings), words[-1]))
-        return [_name(found) for found in libraries + textures]
+    @classmethod
+    def place_companions(cls, data: bytes, folder: Path, place: Callable[[str], str]) -> bytes:
+        """Replace the names of material libraries; a line may hold several, and a name may hold blanks."""
 
-    def _is_file(self, name: bytes) -> bool:
-        try:
-            return (self.folder / _name(name)).is_file()
-        except (OSError, ValueError):  # too long, or a null byte
-            return False
+        def replaced(found: re.Match[bytes]) -> bytes:
+            whole = found[2].decode(errors="surrogateescape")
+            if is_beside(folder, whole) or len(whole.split()) < 2:
+                return replace_name(found[0], whole, place(whole)) if whole else found[0]
+            words = _BLANKS.split(found[2])  # with the blanks between them
+            for number, word in enumerate(words[::2]):
+                name = word.decode(errors="surrogateescape")
+                words[2 * number] = replace_name(word, name, place(name))
+            return found[1] + b"".join(words) + found[3]
+
+        return _LIBRARY.sub(replaced, data)
 
     def _rows_by_keyword(self) -> dict[bytes, list[int]]:
         by_head: dict[bytes, list[int]] = {}
         for row, line in enumerate(self.lines):
             by_head.setdefault(line[:2], []).append(row)
-        rows: dict[bytes, list[int]] = {b"v": [], b"vn": [], b"f": [], b"mtllib": []}
+        rows: dict[bytes, list[int]] = {b"v": [], b"vn": [], b"f": []}
         for head, found in by_head.items():
             if head in (b"v ", b"vn", b"f "):
                 rows[head.rstrip()] += found
-            elif head != b"vt":
+            elif head not in (b"vt", b"mt"):
                 for row in found:
                     for keyword in self.lines[row].split(None, 1)[:1]:
                         rows.get(keyword, []).append(row)
@@ -81,9 +85,10 @@ class ObjDocument(Document):
         )  # (C, 3): vertex, texture, normal
         corner = fan(count)
         self.face = self._absolute(reference[:, 0], b"v", count)[corner]
-        has_normal = len(self.normal) > 0 and len(reference) > 0 and bool((reference[:, 2] != 0).all())
-        self.corner_normal = self._absolute(reference[:, 2], b"vn", count)[corner] if has_normal else None
-        if self.corner_normal is not None and self.corner_normal.max(initial=0) >= len(self.normal):
+        self.has_normal = (reference[:, 2] != 0)[corner].all(axis=1) & (len(self.normal) > 0)  # (F,)
+        above = self._absolute(np.where(reference[:, 2] == 0, 1, reference[:, 2]), b"vn", count)
+        self.corner_normal = above[corner][self.has_normal]
+        if self.corner_normal.max(initial=0) >= max(len(self.normal), 1):
             raise ValueError(f"a face names normal {self.corner_normal.max() + 1} of {len(self.normal)}")
 
     def _absolute(self, reference: Ints, keyword: bytes, count: Ints) -> Ints:
@@ -106,17 +111,13 @@ class ObjDocument(Document):
         words = [word for line in lines for word in line.split()[1:4]]  # flat: a list per line would cost far more
         if len(words) != 3 * len(lines):
             raise ValueError(f"a line of '{keyword.decode()}' has fewer than three numbers")
-        return np.array(words, dtype=np.float64).reshape(-1, 3)
+        return parse_numbers(words, 3)
 
-    @staticmethod
-    def _replace(lines: list[bytes], rows: list[int], changed: Ints, values: Floats) -> None:
-        for number, text in zip(changed.tolist(), number_text(values[changed], values), strict=True):
+    def _replace(self, lines: list[bytes], keyword: bytes, changed: Ints, values: Floats, used: Floats) -> None:
+        rows = self.rows[keyword]
+        own = [word for row in rows[:: max(1, len(rows) // 1000)] for word in self.lines[row].split()[1:4]]
+        for number, text in zip(changed.tolist(), number_text(values[changed], used, own), strict=True):
             lines[rows[number]] = replace_tokens(lines[rows[number]], (1, 2, 3), text)
-
-
-def _name(text: bytes) -> str:
-    """Path as written on any system."""
-    return text.decode(errors="replace").replace("\\", "/")
 
 
 def _references(words: list[bytes]) -> Ints:

@@ -36,6 +36,11 @@ class Element:
     num_rows: int
     properties: list[Property] = field(default_factory=list)
 
+    @property
+    def has_lists(self) -> bool:
+        """Whether a row has lists of any length."""
+        return any(described.length_type is not None for described in self.properties)
+
     def column(self, *names: str) -> int | None:
         """Position of the first property with one of the names."""
         return next((i for i, found in enumerate(self.properties) if found.name in names), None)
@@ -89,14 +94,23 @@ def read_header(data: bytes) -> Header:
             case ["element", name, number]:
                 elements.append(Element(name, int(number)))
             case ["property", "list", count, type_, name]:
-                elements[-1].properties.append(Property(name, _type(type_, byte_order), _type(count, byte_order)))
+                elements[-1].properties.append(Property(name, _type(type_, byte_order), _count_type(count, byte_order)))
             case ["property", type_, name]:
                 elements[-1].properties.append(Property(name, _type(type_, byte_order), None))
     if byte_order is None:
         raise ValueError("its header names no known format")
+    if len({element.name for element in elements}) < len(elements):
+        raise ValueError("its header announces two elements of one name")
     if any(element.num_rows < 0 for element in elements):
         raise ValueError("its header announces less than no rows")
     return Header(elements, byte_order, length)
+
+
+def _count_type(name: str, byte_order: str | None) -> np.dtype:
+    found = _type(name, byte_order)
+    if found.kind == "f":
+        raise ValueError(f"its header counts the values of a list as '{name}'")
+    return found
 
 
 def _type(name: str, byte_order: str | None) -> np.dtype:

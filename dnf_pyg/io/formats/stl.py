@@ -5,7 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from dnf_pyg.io.formats.document import Document, Floats, number_text
+from dnf_pyg.io.formats.document import Document, Floats, UnsupportedError
+from dnf_pyg.io.formats.text import check_text, number_text, parse_numbers
 
 __all__ = ["StlDocument"]
 
@@ -30,15 +31,23 @@ class StlDocument(Document):
         if self.is_binary and data[:5].lower() == b"solid" and b"endsolid" in data[-400:]:
             self.is_binary = False
         if self.is_binary:
+            self.data, self._mark = data, b""  # bytes of a header, no byte-order mark
+            following = (len(data) - _HEADER) // _TRIANGLE.itemsize
+            if announced == 0 and following:
+                raise UnsupportedError(
+                    f"its header announces 0 triangles, but {following} follow", "Write their number into its header."
+                )
             triangles = np.frombuffer(data, _TRIANGLE, announced, _HEADER)
             with np.errstate(invalid="ignore"):  # signalling NaN in a damaged file
                 self.pos = triangles["corner"].reshape(-1, 3).astype(np.float64)
-        elif data.lstrip()[:5].lower() == b"solid":
-            words = [found[4].split() for found in _FACET.finditer(data) if found[4]]
-            self.pos = np.array(words, dtype=np.float64).reshape(-1, 3)
+        elif self.data.lstrip()[:5].lower() == b"solid":
+            words = [word for found in _FACET.finditer(data) if found[4] for word in found[4].split()]
+            self.pos = parse_numbers(words, 3)
+            self._own = words[:3000]
             if b"endsolid" not in data[-400:].lower() or len(self.pos) % 3:
                 raise ValueError("the text ends in the middle")
         else:
+            check_text(data)
             raise ValueError(f"{announced} triangles announced, {len(data)} bytes found")
         self.face = np.arange(len(self.pos), dtype=np.int64).reshape(-1, 3)
 
@@ -58,7 +67,7 @@ class StlDocument(Document):
 
     def _rewritten_text(self, changed: set[int], normal: Floats, pos: Floats) -> bytes:
         normal_text = number_text(normal, normal)
-        corner_text = number_text(pos, pos)
+        corner_text = number_text(pos, pos, self._own)
         vertex, facet = -1, -1
 
         def rewrite(found: re.Match[bytes]) -> bytes:

@@ -91,7 +91,9 @@ def test_buffer_beside_the_file_stays_and_changes_go_inside(tmp_path):
     (tmp_path / "a b.bin").write_bytes(make_buffer())
     data = json.dumps(make_tree({"byteLength": 166, "uri": "a%20b.bin"})).encode()
     document = GltfDocument(data, tmp_path)
-    assert document.companions() == ["a b.bin"]
+    names = []
+    GltfDocument.place_companions(data, tmp_path, lambda name: names.append(name) or name)
+    assert names == ["a b.bin"]
     written = document.with_positions(document.pos + 1)
     assert (tmp_path / "a b.bin").read_bytes() == make_buffer()
     np.testing.assert_allclose(GltfDocument(written, tmp_path / "elsewhere").pos, POS_IN_SCENE + 1, atol=1e-6)
@@ -118,7 +120,7 @@ def test_strips_fans_and_lines(tmp_path, mode, faces):
 @pytest.mark.parametrize(
     ("change", "text"),
     [
-        ({"extensionsRequired": ["KHR_draco_mesh_compression"]}, "without compression"),
+        ({"extensionsRequired": ["KHR_draco_mesh_compression"]}, "compressed with KHR_draco"),
         ({"buffers": [{"byteLength": 166, "uri": "absent.bin"}]}, "does not exist"),
         ({"buffers": [{"byteLength": 8, "uri": "data:;base64,AAAA"}]}, "needs 132 bytes of a buffer of 3"),
     ],
@@ -133,3 +135,72 @@ def test_truncated_glb(tmp_path):
     for data in (make_glb()[:-9], b"glTF", b"glTG" + make_glb()[4:]):
         with pytest.raises(ValueError, match=r"announced|begin with"):
             GlbDocument(data, tmp_path)
+
+
+@pytest.mark.parametrize("place", ["primitive", "view"])
+def test_compressed_copies_are_dropped_with_the_first_move(tmp_path, place):
+    tree = json.loads(make_gltf())
+    name = "KHR_draco_mesh_compression" if place == "primitive" else "EXT_meshopt_compression"
+    entry = tree["meshes"][0]["primitives"][0] if place == "primitive" else tree["bufferViews"][0]
+    entry["extensions"] = {name: {"bufferView": 1}, "OTHER_kept": {}}
+    tree["extensionsUsed"] = [name, "OTHER_kept"]
+    data = json.dumps(tree).encode()
+    document = GltfDocument(data, tmp_path)
+    assert document.with_positions(document.pos) == data
+    written = json.loads(document.with_positions(document.pos + 1))
+    entry = written["meshes"][0]["primitives"][0] if place == "primitive" else written["bufferViews"][0]
+    assert entry["extensions"] == {"OTHER_kept": {}}
+    assert written["extensionsUsed"] == ["OTHER_kept"]
+
+
+def change(tree, kind):
+    accessors, view = tree["accessors"], tree["bufferViews"][0]
+    match kind:
+        case "count":
+            accessors[0]["count"] = 4_000_000_000
+        case "stride of nothing":
+            view["byteStride"] = 0
+            accessors[0]["count"] = 4_000_000_000
+        case "offset":
+            accessors[0]["byteOffset"] = -12
+        case "sparse":
+            accessors[3]["sparse"] = {"count": 1}
+        case "quantized normal":
+            accessors[1]["componentType"] = 5120
+        case "another number of normals":
+            accessors[1]["count"] = 3
+        case "repeated":
+            tree["meshes"][0]["primitives"] *= 200
+        case "no data":
+            tree["buffers"].append({"byteLength": 8, "extensions": {"EXT_meshopt_compression": {"fallback": True}}})
+
+
+@pytest.mark.parametrize(
+    ("kind", "text"),
+    [
+        ("count", "needs 159999999972 bytes"),
+        ("stride of nothing", "needs 12 bytes of a buffer of 168"),
+        ("offset", "needs"),
+        ("sparse", "sparse accessors"),
+        ("quantized normal", "not plain floats"),
+        ("another number of normals", "one for each vertex"),
+        ("repeated", "too often"),
+        ("no data", "has no data"),
+    ],
+)
+def test_descriptions_that_ask_for_too_much(tmp_path, kind, text):
+    tree = json.loads(make_gltf())
+    change(tree, kind)
+    with pytest.raises(ValueError, match=text):
+        GltfDocument(json.dumps(tree).encode(), tmp_path)
+
+
+def test_deep_and_circular_trees(tmp_path):
+    tree = json.loads(make_gltf())
+    tree["nodes"] = [{"children": [number + 1]} for number in range(5000)] + [{"children": [0], "mesh": 0}]
+    document = GltfDocument(json.dumps(tree).encode(), tmp_path)
+    np.testing.assert_allclose(document.pos, SQUARE, atol=1e-6)
+    tree["extras"] = json.loads("[" * 300 + "]" * 300)
+    document = GltfDocument(json.dumps(tree).encode(), tmp_path)
+    again = GltfDocument(document.with_positions(document.pos + 1), tmp_path)
+    np.testing.assert_allclose(again.pos, SQUARE + 1, atol=1e-6)

@@ -73,21 +73,25 @@ def test_keeps_line_ends_and_continued_lines(tmp_path, end):
     )
 
 
-def test_lists_materials_and_textures(tmp_path):
-    (tmp_path / "wood.mtl").write_text("newmtl wood\nmap_Kd -s 1 1 1 wood.png\nKd 1 1 1\n")
-    assert ObjDocument(RICH, tmp_path).companions() == ["wood.mtl", "wood.png"]
+@pytest.mark.parametrize(
+    ("line", "names", "written"),
+    [
+        (b"mtllib my wood.mtl", ["my wood.mtl"], b"mtllib OAK.mtl"),
+        (b"  mtllib a.mtl  b.mtl\r", ["a.mtl", "b.mtl"], b"  mtllib OAK.mtl  OAK.mtl\r"),
+        (b"mtllib below\\c.mtl", ["below\\c.mtl"], b"mtllib below\\OAK.mtl"),
+    ],
+)
+def test_names_of_material_libraries(tmp_path, line, names, written):
+    (tmp_path / "my wood.mtl").write_text("")
+    seen = []
 
+    def place(name):
+        seen.append(name)
+        return "below/OAK.mtl"
 
-def test_names_with_blanks_and_backslashes_and_several_libraries(tmp_path):
-    (tmp_path / "my wood.mtl").write_text("newmtl a\nmap_Kd -bm 1 fine oak.png\nmap_Ks pictures\\oak.png\n")
-    (tmp_path / "b.mtl").write_text("map_Kd absent picture.png\n")
-    (tmp_path / "pictures").mkdir()
-    for name in ("fine oak.png", "pictures/oak.png"):
-        (tmp_path / name).write_bytes(b"")
-    first = ObjDocument(b"mtllib my wood.mtl\nv 0 0 0\n", tmp_path).companions()
-    assert first == ["my wood.mtl", "fine oak.png", "pictures/oak.png"]
-    second = ObjDocument(b"mtllib a.mtl b.mtl\nv 0 0 0\n", tmp_path).companions()
-    assert second == ["a.mtl", "b.mtl", "picture.png"]
+    assert ObjDocument.place_companions(b"v 0 0 0\n" + line + b"\n", tmp_path, place) == b"v 0 0 0\n" + written + b"\n"
+    assert seen == names
+    assert ObjDocument.place_companions(line, tmp_path, lambda name: name) == line
 
 
 @pytest.mark.parametrize(
@@ -102,3 +106,40 @@ def test_names_with_blanks_and_backslashes_and_several_libraries(tmp_path):
 def test_says_what_is_wrong(tmp_path, data, text):
     with pytest.raises(ValueError, match=text):
         ObjDocument(data, tmp_path)
+
+
+def test_byte_order_mark_is_skipped_and_kept(tmp_path):
+    data = b"\xef\xbb\xbfv 0 0 0\r\nv 1 0 0\r\nv 0 1 0\r\nf 1 2 3\r\n"
+    document = ObjDocument(data, tmp_path)
+    assert document.pos.tolist() == [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
+    assert document.with_positions(document.pos) == data
+    assert document.with_positions(document.pos + 1).startswith(
+        b"\xef\xbb\xbfv 1.0000000000 1.0000000000 1.0000000000\r\n"
+    )
+
+
+def test_normals_that_some_faces_use_follow(tmp_path):
+    data = b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvn 0 0 1\nf 1//1 2//1 3//1\nf 1 3 4\n"
+    document = ObjDocument(data, tmp_path)
+    written = ObjDocument(document.with_positions(document.pos[:, [2, 0, 1]]), tmp_path)
+    np.testing.assert_allclose(written.normal, [[1, 0, 0]], atol=1e-9)
+    assert document.with_positions(document.pos) == data
+
+
+@pytest.mark.parametrize("stray", ["1e6 0 0", "0 0 0", "512344 5403210 312", "nan 0 0"])
+def test_unused_vertices_do_not_decide_the_digits(tmp_path, stray):
+    data = f"v {stray}\nv 0 0 0\nv 0.001 0 0\nv 0 0.001 0\nf 2 3 4\n".encode()
+    document = ObjDocument(data, tmp_path)
+    pos = document.pos.copy()
+    pos[1:] += 1e-7 / 3
+    written = document.with_positions(pos)
+    assert written.startswith(f"v {stray}\n".encode())
+    np.testing.assert_allclose(ObjDocument(written, tmp_path).pos[1:], pos[1:], atol=1e-12)
+
+
+def test_coordinates_keep_the_digits_of_the_file(tmp_path):
+    data = b"v 0.000001 0.000002 0\nv 0.000003 0 0\nv 100000000 0 0\nf 1 2 3\n"  # two scales in one face
+    document = ObjDocument(data, tmp_path)
+    moved = document.pos + np.array([0, 0, 1e-6])
+    written = ObjDocument(document.with_positions(moved), tmp_path)
+    np.testing.assert_allclose(written.pos, moved, rtol=0, atol=1e-9)

@@ -44,3 +44,29 @@ def test_header_on_one_line_and_absent(tmp_path):
 def test_says_what_is_wrong(tmp_path, data, text):
     with pytest.raises(ValueError, match=text):
         OffDocument(data, tmp_path)
+
+
+def test_header_and_numbers_on_one_line_without_a_blank(tmp_path):
+    data = b"OFF3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"
+    document = OffDocument(data, tmp_path)
+    assert document.face.tolist() == [[0, 1, 2]]
+    assert document.with_positions(document.pos + 1).startswith(b"OFF3 1 0\n1.000")
+
+
+def test_stored_normals_follow(tmp_path):
+    data = b"NOFF\n3 1 0\n0 0 0 0 0 1\n1 0 0 0 0 1\n0 1 0 0 0 1\n3 0 1 2\n"
+    document = OffDocument(data, tmp_path)
+    assert document.with_positions(document.pos) == data
+    turned = OffDocument(document.with_positions(document.pos[:, [2, 0, 1]]), tmp_path)
+    np.testing.assert_allclose(turned.pos, document.pos[:, [2, 0, 1]], atol=1e-9)
+    np.testing.assert_allclose(turned.normal, np.tile([1, 0, 0], (3, 1)), atol=1e-9)
+    with pytest.raises(ValueError, match="fewer than 6 numbers"):
+        OffDocument(data.replace(b"0 0 0 0 0 1", b"0 0 0 0 0"), tmp_path)
+
+
+def test_unused_vertices_do_not_decide_the_digits(tmp_path):
+    document = OffDocument(b"OFF\n4 1 0\n0 0 0\n.01 0 0\n0 .01 0\n1e9 0 0\n3 0 1 2\n", tmp_path)
+    pos = document.pos * [[2], [2], [2], [1]]
+    written = OffDocument(document.with_positions(pos), tmp_path)
+    np.testing.assert_allclose(written.pos[:3], pos[:3], atol=1e-11)
+    assert b"\n1e9 0 0\n" in document.with_positions(pos)

@@ -76,7 +76,7 @@ def test_keeps_every_other_byte(tmp_path, format_):
     back = again.with_positions(document.pos)
     if format_ == "ascii":
         assert [line for line in written.split(b"\n") if line not in data.split(b"\n")] == [
-            b"68 2.500000000 0.500000000  0.500000000 0 0 1"
+            b"68 2.5000000000 0.5000000000  0.5000000000 0 0 1"
         ]
     else:
         assert back == data
@@ -118,3 +118,92 @@ def test_points_have_no_triangles(tmp_path):
         "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nend_header\n"
     )
     assert PlyDocument(header.encode() + b"0 0 0\n", tmp_path).face.shape == (0, 3)
+
+
+STRIPS = b"""ply
+format ascii 1.0
+element vertex 6
+property float x
+property float y
+property float z
+element tristrips 2
+property list int int vertex_indices
+end_header
+0 0 0
+1 0 0
+0 1 0
+1 1 0
+0 2 0
+1 2 0
+"""
+
+
+def test_triangle_strips(tmp_path):
+    strips = PlyDocument(STRIPS + b"9 0 1 2 3 -1 2 3 4 5\n5 0 1 1 2 3\n", tmp_path)
+    assert strips.face.tolist() == [[0, 1, 2], [2, 1, 3], [2, 3, 4], [4, 3, 5], [1, 2, 3]]
+    assert len(PlyDocument(STRIPS + b"2 0 1\n0\n", tmp_path).face) == 0
+
+
+@pytest.mark.parametrize("format_", FORMATS)
+@pytest.mark.parametrize("uniform", [True, False])
+@pytest.mark.parametrize("first", ["normal", "list"])
+def test_normals_of_faces_follow(tmp_path, format_, uniform, first):
+    normal = "".join(f"property float n{axis}\n" for axis in "xyz")
+    corners = "property list uchar int vertex_indices\n"
+    header = f"ply\nformat {format_} 1.0\nelement vertex 5\n" + "".join(f"property float {axis}\n" for axis in "xyz")
+    header += "element face 2\n" + (normal + corners if first == "normal" else corners + normal) + "end_header\n"
+    order = "<" if "little" in format_ else ">"
+    data = header.encode()
+    if format_ == "ascii":
+        data += "".join(f"{x} {y} {z}\n" for x, y, z in POS).encode()
+    else:
+        data += b"".join(struct.pack(order + "3f", *point) for point in POS)
+    for face in FACES[uniform]:
+        rows = [(3, (0.0, 0.0, -2.0)), (None, face)]  # pointing inwards, not of unit length
+        for floats, values in rows if first == "normal" else rows[::-1]:
+            if format_ == "ascii":
+                data += (" ".join(map(str, values if floats else (len(values), *values))) + " ").encode()
+            else:
+                data += struct.pack(order + "3f", *values) if floats else b""
+                data += b"" if floats else struct.pack(f"{order}B{len(values)}i", len(values), *values)
+        data = data[:-1] + b"\n" if format_ == "ascii" else data
+    document = PlyDocument(data, tmp_path)
+    assert document.with_positions(document.pos) == data
+    moved = document.pos + np.array([[0], [0], [1], [1], [0]]) * [0, 0, 1]
+    again = PlyDocument(document.with_positions(moved), tmp_path)
+    np.testing.assert_allclose(again.pos, moved, atol=1e-9)
+    np.testing.assert_array_equal(again.face, document.face)
+    stored = again.body.columns(again.header.element("face"), ("nx", "ny", "nz"))
+    for row, face in enumerate(FACES[uniform]):
+        triangles = [moved[[face[0], face[i], face[i + 1]]] for i in range(1, len(face) - 1)]
+        area = sum(np.cross(b - a, c - a) for a, b, c in triangles)
+        np.testing.assert_allclose(stored[row], -area / np.linalg.norm(area), atol=1e-6)
+
+
+@pytest.mark.parametrize("mark", [b"", b"\xef\xbb\xbf"])
+def test_texture_in_a_comment_and_byte_order_mark(tmp_path, mark):
+    data = mark + make("ascii").replace(b"comment made by hand", b"comment TextureFile my wood.png\r")
+    names = []
+    written = PlyDocument.place_companions(data, tmp_path, lambda name: names.append(name) or "oak.png")
+    assert names == ["my wood.png"]
+    assert written == data.replace(b"my wood.png", b"oak.png")
+    assert PlyDocument(data, tmp_path).with_positions(np.array(POS) + 1.0).startswith(mark + b"ply\n")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "text"),
+    [
+        (b"list uchar", b"list float", "counts the values of a list"),
+        (b"element face", b"element vertex", "two elements of one name"),
+    ],
+)
+def test_headers_that_make_no_sense(tmp_path, old, new, text):
+    with pytest.raises(ValueError, match=text):
+        PlyDocument(make("ascii").replace(old, new), tmp_path)
+
+
+def test_lists_of_negative_length_end_at_once(tmp_path):
+    header = HEADER.format(format="binary_little_endian", real="float", corner="int").encode()
+    header = header.replace(b"element face 2", b"element face 4000000000").replace(b"list uchar", b"list char")
+    with pytest.raises(ValueError, match="list of -1 values"):
+        PlyDocument(header + bytes(4 + 25 * 5) + b"\xff" * 1000, tmp_path)

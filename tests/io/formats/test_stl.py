@@ -44,3 +44,16 @@ def test_truncated_or_foreign_file(tmp_path, data):
 
 def test_binary_file_that_begins_like_text(tmp_path):
     assert len(StlDocument(b"solid" + BINARY[5:], tmp_path).face) == 12
+
+
+def test_count_of_zero_before_triangles_is_named(tmp_path):
+    with pytest.raises(ValueError, match="announces 0 triangles, but 12 follow"):
+        StlDocument(BINARY[:80] + bytes(4) + BINARY[84:], tmp_path)
+    assert len(StlDocument(BINARY[:80] + bytes(4), tmp_path).face) == 0
+
+
+def test_byte_order_mark(tmp_path):
+    document = StlDocument(b"\xef\xbb\xbf" + TEXT, tmp_path)
+    assert document.with_positions(document.pos + 1).startswith(b"\xef\xbb\xbfsolid")
+    in_header = StlDocument(b"\xef\xbb\xbf" + BINARY[3:], tmp_path)  # bytes like any others there
+    assert len(in_header.with_positions(in_header.pos + 1)) == len(BINARY)

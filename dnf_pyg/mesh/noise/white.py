@@ -1,29 +1,12 @@
-"""Noise models for meshes: every level is a multiple of the mean edge length."""
-
-from abc import ABC, abstractmethod
+"""Noise models that move every vertex independently of the others."""
 
 import torch
 from torch import Generator, Tensor
 
-from dnf_pyg.mesh.geometry import mean_edge_length, vertex_normals
+from dnf_pyg.mesh.geometry import vertex_normals
+from dnf_pyg.mesh.noise.model import Noise, noise_scale
 
-__all__ = [
-    "NOISE_KINDS",
-    "GaussianNoise",
-    "GaussianNormalNoise",
-    "ImpulsiveNoise",
-    "MixedNoise",
-    "Noise",
-    "UniformNoise",
-]
-
-
-class Noise(ABC):
-    """What every noise model does: return moved vertices, the given ones untouched."""
-
-    @abstractmethod
-    def __call__(self, pos: Tensor, face: Tensor, level: float, generator: Generator | None = None) -> Tensor:
-        """Move the vertices (V, 3) of a mesh by noise of ``level`` mean edge lengths."""
+__all__ = ["GaussianNoise", "GaussianNormalNoise", "ImpulsiveNoise", "UniformNoise"]
 
 
 class GaussianNormalNoise(Noise):
@@ -56,7 +39,7 @@ class GaussianNormalNoise(Noise):
     def __call__(self, pos: Tensor, face: Tensor, level: float, generator: Generator | None = None) -> Tensor:
         """Return the moved vertices."""
         amount = torch.empty_like(pos[:, :1]).normal_(generator=generator)
-        return pos + _scale(pos, face, level) * amount * vertex_normals(pos, face)
+        return pos + noise_scale(pos, face, level) * amount * vertex_normals(pos, face)
 
 
 class GaussianNoise(Noise):
@@ -79,7 +62,7 @@ class GaussianNoise(Noise):
 
     def __call__(self, pos: Tensor, face: Tensor, level: float, generator: Generator | None = None) -> Tensor:
         """Return the moved vertices."""
-        return pos + _scale(pos, face, level) * torch.empty_like(pos).normal_(generator=generator)
+        return pos + noise_scale(pos, face, level) * torch.empty_like(pos).normal_(generator=generator)
 
 
 class UniformNoise(Noise):
@@ -104,7 +87,7 @@ class UniformNoise(Noise):
     def __call__(self, pos: Tensor, face: Tensor, level: float, generator: Generator | None = None) -> Tensor:
         """Return the moved vertices."""
         amount = torch.empty_like(pos[:, :1]).uniform_(-1.0, 1.0, generator=generator)
-        return pos + _scale(pos, face, level) * amount * vertex_normals(pos, face)
+        return pos + noise_scale(pos, face, level) * amount * vertex_normals(pos, face)
 
 
 class ImpulsiveNoise(Noise):
@@ -129,57 +112,11 @@ class ImpulsiveNoise(Noise):
 
     def __init__(self, share: float = 0.3) -> None:
         if not 0 < share <= 1:
-            raise ValueError(f"Expected 'share' in (0, 1] (got {share})")
+            raise ValueError(f"Expected 'share' in (0, 1] (got {share}). It is the probability that a vertex moves.")
         self.share = share
 
     def __call__(self, pos: Tensor, face: Tensor, level: float, generator: Generator | None = None) -> Tensor:
         """Return the moved vertices."""
         hit = torch.empty_like(pos[:, :1]).uniform_(generator=generator) < self.share
         amount = torch.empty_like(pos[:, :1]).normal_(generator=generator) * hit
-        return pos + _scale(pos, face, level) * amount * vertex_normals(pos, face)
-
-
-NOISE_KINDS: dict[str, type[Noise]] = {
-    "gaussian": GaussianNormalNoise,
-    "isotropic": GaussianNoise,
-    "uniform": UniformNoise,
-    "impulsive": ImpulsiveNoise,
-}
-
-
-class MixedNoise(Noise):
-    """Noise of a kind drawn anew each time, so that a network meets several.
-
-    Args:
-        shares: How often each kind of :data:`NOISE_KINDS` is drawn, in relation to the others.
-
-    Shapes:
-        - **pos:** :math:`(V, 3)`, **face:** :math:`(3, F)`, **output:** :math:`(V, 3)`
-
-    Raises:
-        ValueError: If a kind is unknown or a share not positive, or ``level`` is negative or not finite.
-
-    Example:
-        >>> pos, face = torch.eye(3), torch.tensor([[0], [1], [2]])
-        >>> MixedNoise({"gaussian": 3, "uniform": 1})(pos, face, 0.3, torch.Generator().manual_seed(0)).shape
-        torch.Size([3, 3])
-    """
-
-    def __init__(self, shares: dict[str, float]) -> None:
-        unknown = sorted(set(shares) - set(NOISE_KINDS))
-        if unknown or not shares or min(shares.values()) <= 0:
-            raise ValueError(f"Expected positive 'shares' of {', '.join(NOISE_KINDS)} (got {shares})")
-        self.shares = shares
-        self._models = [NOISE_KINDS[kind]() for kind in shares]
-
-    def __call__(self, pos: Tensor, face: Tensor, level: float, generator: Generator | None = None) -> Tensor:
-        """Return the moved vertices."""
-        shares = torch.tensor(list(self.shares.values()), dtype=torch.double)
-        drawn = int(torch.multinomial(shares, 1, generator=generator))
-        return self._models[drawn](pos, face, level, generator)
-
-
-def _scale(pos: Tensor, face: Tensor, level: float) -> Tensor:
-    if not 0 <= level < float("inf"):
-        raise ValueError(f"Expected 'level' to be a finite multiple of the mean edge length, at least 0 (got {level})")
-    return level * mean_edge_length(pos, face)
+        return pos + noise_scale(pos, face, level) * amount * vertex_normals(pos, face)
