@@ -47,7 +47,8 @@ class MeshFilesDataModule(LightningDataModule):
 
     Raises:
         DataError: If the results would replace the inputs.
-        MeshFileError: If the output is not writable; for the inputs see :func:`~dnf_pyg.io.find_meshes`.
+        OutputError: If the output is not writable.
+        MeshFileError: For the inputs, see :func:`~dnf_pyg.io.find_meshes`.
     """
 
     def __init__(self, inputs: Sequence[str], output: str, overwrite: bool = False) -> None:

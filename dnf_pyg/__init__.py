@@ -9,7 +9,7 @@ os.environ.setdefault("GOMP_SPINCOUNT", "30000")
 
 from dnf_pyg.errors import DataError, DNFError, MeshError, MeshFileError, MeshFileWarning, OutputError, WeightsError
 from dnf_pyg.pipeline import FAST, DenoiseResult, denoise
-from dnf_pyg.weights.load import load_network, packaged_weights
+from dnf_pyg.weights import load_network, packaged_weights
 
 __all__ = [
     "FAST",

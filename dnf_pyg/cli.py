@@ -33,7 +33,7 @@ def main(args: Sequence[str] | None = None) -> int:
         sys.stdout = io.StringIO()
     with warnings.catch_warnings():
         warnings.simplefilter("always", MeshFileWarning)
-        warnings.showwarning = _show_warning
+        warnings.showwarning = _show_warning  # type: ignore[assignment]
         return _run(words)
 
 

@@ -9,9 +9,6 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-import torch
-
-import dnf_pyg
 from dnf_pyg.commands.methods import (
     add_baselines,
     add_selection,
@@ -25,26 +22,19 @@ from dnf_pyg.commands.methods import (
     selected,
     split_title,
 )
-from dnf_pyg.datasets.pairing import pair_meshes
+from dnf_pyg.datasets.pairing import find_test_folder, pair_meshes
 from dnf_pyg.errors import DataError
 from dnf_pyg.evaluate.baselines import BASELINES
 from dnf_pyg.evaluate.benchmark import (
-    Failure,
     Method,
     OutputFolder,
     Result,
-    Row,
     RowLog,
-    draw_plots,
-    find_test_folder,
-    markdown,
     read_published,
-    summarize,
-    write_csv,
-    write_json,
+    summary_table,
+    write_results,
 )
 from dnf_pyg.io import MeshFile, read_mesh, write_mesh
-from dnf_pyg.io.atomic import write_bytes
 from dnf_pyg.view import draw_meshes
 
 __all__ = ["add_arguments", "run"]
@@ -93,15 +83,13 @@ def run(options: argparse.Namespace) -> None:
     check_titles([*(method.name for method in methods), *dict.fromkeys(row.method for row in published)])
     options.output.mkdir(parents=True, exist_ok=True)
     meshes = _MeshFolder(options.output, options.keep)
-    rows, failures = run_methods(
-        pairs, methods, RowLog(options.output / "finished.jsonl"), deliver=meshes.write, delivered=meshes.has
-    )
+    rows, failures = run_methods(pairs, methods, RowLog(options.output / "finished.jsonl"), meshes)
     cases = {noisy.stem for noisy, _ in pairs}
     rows += [row for row in published if f"{row.mesh}_{row.noise}" in cases]
-    text = _write(options, "/".join(folder.parts[-2:]), rows, failures)
+    write_results(options.output, "/".join(folder.parts[-2:]), rows, failures, options.seed)
     for noisy, clean in pairs:
         meshes.draw(noisy, clean, [method.name for method in methods])
-    sys.stdout.write(text.split("## Summary\n\n")[1].split("\n\n## ")[0] + "\n")
+    sys.stdout.write(summary_table(rows) + "\n")
     if failures:
         first = failures[0]
         raise DataError(
@@ -119,25 +107,6 @@ def _methods(options: argparse.Namespace) -> list[Method]:
             raise DataError(f"Expected TITLE=FOLDER for --outputs (got '{word}'): name a folder of meshes")
         methods.append(OutputFolder(title, Path(folder)))
     return methods
-
-
-def _write(options: argparse.Namespace, name: str, rows: Sequence[Row], failures: Sequence[Failure]) -> str:
-    """Write tables and plots; the text of the markdown table."""
-    own = dict.fromkeys(row.method for row in rows if row.vertex_error is not None)
-    facts = {
-        "data": name,
-        "seed": options.seed,
-        "versions": {"dnf_pyg": dnf_pyg.__version__, "torch": torch.__version__},
-        "num_threads": torch.get_num_threads(),
-        "failures": [vars(failure) for failure in failures],
-        "summary": {method: summarize([row for row in rows if row.method == method], name) for method in own},
-    }
-    text = markdown(f"Benchmark on {name}", rows, failures, torch.get_num_threads())
-    write_bytes(options.output / "results.md", text.encode())
-    write_json(options.output / "results.json", rows, facts)
-    write_csv(options.output / "results.csv", rows)
-    draw_plots(options.output, rows)
-    return text
 
 
 class _MeshFolder:

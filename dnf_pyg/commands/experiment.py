@@ -20,11 +20,10 @@ from dnf_pyg.commands.methods import (
     selected,
     split_title,
 )
-from dnf_pyg.datasets.pairing import pair_meshes
+from dnf_pyg.datasets.pairing import find_test_folder, pair_meshes
 from dnf_pyg.errors import DataError
-from dnf_pyg.evaluate.benchmark import Failure, RowLog, find_test_folder, read_published
-from dnf_pyg.evaluate.experiments import CASES, SERIES, write_ablation, write_scores, write_series
-from dnf_pyg.evaluate.experiments.ablation import PAPER_MESHES
+from dnf_pyg.evaluate.benchmark import Failure, RowLog, read_published
+from dnf_pyg.evaluate.experiments import CASES, PAPER_MESHES, SERIES, write_ablation, write_scores, write_series
 
 __all__ = ["add_arguments", "find_run", "run"]
 

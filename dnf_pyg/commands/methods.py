@@ -13,9 +13,19 @@ from rich.progress import MofNCompleteColumn, Progress, TimeElapsedColumn
 from dnf_pyg.commands.settings import DEFAULTS
 from dnf_pyg.errors import DataError
 from dnf_pyg.evaluate.baselines import BASELINES
-from dnf_pyg.evaluate.benchmark import ClassicalMethod, Failure, Method, NetworkMethod, Row, RowLog, run_benchmark
+from dnf_pyg.evaluate.benchmark import (
+    ClassicalMethod,
+    Failure,
+    Method,
+    NetworkMethod,
+    Row,
+    RowLog,
+    Store,
+    VertexUpdate,
+    run_benchmark,
+)
 from dnf_pyg.pipeline import denoise
-from dnf_pyg.weights.load import DEFAULT_WEIGHTS, load_network, packaged_weights
+from dnf_pyg.weights import DEFAULT_WEIGHTS, load_network, packaged_weights
 from dnf_pyg.weights.release import fingerprint
 
 __all__ = [
@@ -33,8 +43,6 @@ __all__ = [
 ]
 
 Pair = tuple[Path, Path]
-
-_FILTERED = 20  # iterations of the vertex update after a classical filter
 
 
 def add_weights(parser: argparse.ArgumentParser) -> None:
@@ -74,8 +82,14 @@ def add_settings(parser: argparse.ArgumentParser) -> None:
         "--iterations",
         type=int,
         metavar="N",
-        help=f"iterations of the vertex update, most of them for a network, which ends by itself ({_FILTERED} for "
-        f"filters, {DEFAULTS['num_iterations']} for networks)",
+        help=f"maximum number of iterations of the vertex update ({DEFAULTS['num_iterations']})",
+    )
+    parser.add_argument(
+        "--filter-update",
+        choices=["shared", "own"],
+        default="shared",
+        help="vertex update after a classical filter: that of the networks, as in the paper, or the filter's own, with "
+        "a fixed number of iterations (%(default)s)",
     )
     parser.add_argument(
         "--repeat", type=int, default=1, help="filterings by a network, each of its own result (%(default)s)"
@@ -101,12 +115,7 @@ def network_method(title: str, weights: str, options: argparse.Namespace) -> Net
         WeightsError: If it cannot be loaded.
     """
     net = load_network(weights)
-    settings = {
-        "num_iterations": DEFAULTS["num_iterations"] if options.iterations is None else options.iterations,
-        "max_correlation": DEFAULTS["max_correlation"],
-        "repeat": options.repeat,
-        "seed": options.seed,
-    }
+    settings = {**_update(options), "repeat": options.repeat, "seed": options.seed}
     text = "".join(f", {key}={value}" for key, value in settings.items())
     denoiser = partial(denoise, weights=net, **settings)
     return NetworkMethod(title, denoiser, f"denoise(weights={fingerprint(net)}{text})")
@@ -114,8 +123,13 @@ def network_method(title: str, weights: str, options: argparse.Namespace) -> Net
 
 def classical_methods(options: argparse.Namespace) -> list[Method]:
     """The filters of :func:`add_baselines`."""
-    num_iterations = _FILTERED if options.iterations is None else options.iterations
-    return [ClassicalMethod(name, BASELINES[name](num_iterations)) for name in options.baselines]
+    update = None if options.filter_update == "own" else VertexUpdate(**_update(options))
+    return [ClassicalMethod(name, BASELINES[name](), update) for name in options.baselines]
+
+
+def _update(options: argparse.Namespace) -> dict[str, Any]:
+    num_iterations = DEFAULTS["num_iterations"] if options.iterations is None else options.iterations
+    return {"num_iterations": num_iterations, "max_correlation": DEFAULTS["max_correlation"]}
 
 
 def check_titles(titles: Sequence[str]) -> None:
@@ -150,9 +164,9 @@ def matches(name: str, patterns: Sequence[str]) -> bool:
 
 
 def run_methods(
-    pairs: Sequence[Pair], methods: Sequence[Method], log: RowLog, **options: Any
+    pairs: Sequence[Pair], methods: Sequence[Method], log: RowLog, store: Store | None = None
 ) -> tuple[list[Row], list[Failure]]:
-    """:func:`~dnf_pyg.evaluate.benchmark.run_benchmark` with a progress bar; ``options`` are handed on."""
+    """:func:`~dnf_pyg.evaluate.benchmark.run_benchmark` with a progress bar."""
     console = Console(stderr=True)
     with Progress(
         *Progress.get_default_columns(), MofNCompleteColumn(), TimeElapsedColumn(), console=console, transient=True
@@ -165,4 +179,4 @@ def run_methods(
             started += 1
             bar.update(task, completed=started, description=text)
 
-        return run_benchmark(pairs, methods, log, progress=progress, **options)
+        return run_benchmark(pairs, methods, log, store=store, progress=progress)

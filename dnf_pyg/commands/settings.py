@@ -11,7 +11,7 @@ import torch
 
 from dnf_pyg.mesh.geodesic import DijkstraGrowth, Growth, HeatGrowth
 from dnf_pyg.pipeline import FAST, denoise
-from dnf_pyg.weights.load import DEFAULT_WEIGHTS, packaged_weights
+from dnf_pyg.weights import DEFAULT_WEIGHTS, packaged_weights
 
 __all__ = ["DEFAULTS", "NumberWithin", "add_settings", "count", "denoise_settings", "not_negative"]
 

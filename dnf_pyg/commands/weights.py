@@ -1,14 +1,13 @@
 """List the weights that come along, or publish new ones: `dnf-pyg weights export CHECKPOINT -o FOLDER`."""
 
 import argparse
-import json
 import sys
 from pathlib import Path
 from typing import Any
 
 from dnf_pyg.errors import DataError, WeightsError
-from dnf_pyg.evaluate.benchmark import Row, summarize
-from dnf_pyg.weights.load import DEFAULT_WEIGHTS, load_network, packaged_weights
+from dnf_pyg.evaluate.benchmark import read_results, summarize
+from dnf_pyg.weights import DEFAULT_WEIGHTS, load_network, packaged_weights
 from dnf_pyg.weights.release import Release, fingerprint, read_release, write_release
 
 __all__ = ["add_arguments", "run"]
@@ -84,14 +83,8 @@ def _export(options: argparse.Namespace) -> None:
 
 def _measured(path: Path, weights: str) -> dict[str, Any]:
     """Means over the rows that were measured with the weights of this fingerprint."""
-    try:
-        content = json.loads(_text(path))
-        rows = [Row(**row) for row in content["rows"] if f"weights={weights}," in row["parameters"]]
-        data = content["data"]
-    except (ValueError, LookupError, TypeError) as error:
-        raise DataError(
-            f"Expected results.json of `dnf-pyg benchmark` (got '{path}': {error}): give the file that it wrote"
-        ) from error
+    results, data = read_results(path)
+    rows = [row for row in results if f"weights={weights}," in row.parameters]
     if not rows:
         raise WeightsError(f"Expected results of the weights {weights} in '{path}' (got none): benchmark them first")
     return summarize([row for row in rows if row.method == rows[0].method], data)

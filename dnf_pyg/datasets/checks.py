@@ -34,7 +34,7 @@ def find_faults(pairs: Sequence[MeshPair], root: str | Path) -> dict[MeshPair, s
         >>> import tempfile
         >>> with tempfile.TemporaryDirectory() as folder:
         ...     list(find_faults([(None, "absent.obj")], folder).values())
-        ["Expected a mesh file (got 'absent.obj', which does not exist): check the path"]
+        ["Expected a mesh file (got 'absent.obj', which does not exist). Check the path."]
     """
     path = Path(root) / "processed" / "checked.json"
     known = _read(path)

@@ -12,7 +12,7 @@ import trimesh
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from dnf_pyg.errors import MeshFileError
+from dnf_pyg.errors import MeshFileWarning
 from dnf_pyg.io.copies import Copies, warn_left_out
 from dnf_pyg.io.folder import CompanionError, find_beside
 from dnf_pyg.io.formats import DAMAGE, Document, GlbDocument, GltfDocument, OffDocument, StlDocument
@@ -82,11 +82,12 @@ def _export_obj(mesh: trimesh.Trimesh, copies: Copies) -> bytes:
 def _as_trimesh(document: Document, source: Path, pos: Floats) -> trimesh.Trimesh:
     """Let trimesh read the document with other positions, so that it takes along what it can.
 
-    Raises:
-        MeshFileError: If trimesh cannot read it, or something else than triangles.
+    Warns:
+        MeshFileWarning: If trimesh cannot read it; positions and triangles are all there is then.
     """
+    plain = trimesh.Trimesh(pos, document.face, process=False)
     if isinstance(document, OffDocument | StlDocument):  # trimesh knows fewer kinds, and there is nothing to take along
-        return trimesh.Trimesh(pos, document.face, process=False)
+        return plain
     data = io.BytesIO(document.with_positions(pos))
     options: dict[str, Any] = {"process": False, "maintain_order": True}
     beside = _Beside(source.parent)
@@ -101,10 +102,13 @@ def _as_trimesh(document: Document, source: Path, pos: Floats) -> trimesh.Trimes
             raise ValueError("it holds no mesh for trimesh")
     except DAMAGE as error:
         reason = str(error) or type(error).__name__
-        raise MeshFileError(
-            f"Expected a mesh that can be converted (got '{source}', of which trimesh says: {reason}). "
-            f"Write it as {source.suffix}."
-        ) from error
+        warnings.warn(
+            f"Expected a mesh whose colours and textures can be converted (got '{source}', of which trimesh says: "
+            f"{reason}). Only positions and faces are written: write it as {source.suffix} to keep the rest.",
+            MeshFileWarning,
+            stacklevel=4,
+        )
+        return plain
     finally:
         log.setLevel(level)
     warn_left_out(source, beside.left_out)

@@ -38,6 +38,7 @@ class Copies:
     def __init__(self, target: Path) -> None:
         self.target = target
         self.files: dict[Path, bytes] = {}
+        self._planned: set[str] = set()  # their paths, as file systems that ignore case compare them
 
     def carry(self, data: bytes, source: Path) -> bytes:
         """Plan copies of all files that a mesh refers to.
@@ -87,12 +88,13 @@ class Copies:
         """
         relative = PurePosixPath(name)
         stem = re.sub(r"[^\w-]", "_", self.target.stem)
-        tried = [relative, *(relative.with_name(f"{stem}{number}_{relative.name}") for number in ("", *range(2, 1000)))]
+        tried = [relative, *(relative.with_name(f"{stem}{number}_{relative.name}") for number in ("", *range(2, 100)))]
         for candidate in tried:
             path = self.target.parent / candidate
             if self._is_free(path, data):
                 if not os.path.lexists(path):
                     self.files[path] = data
+                    self._planned.add(str(path).casefold())
                 return str(candidate)
         raise CompanionError("there are too many files of this name in the folder of the result")
 
@@ -105,8 +107,7 @@ class Copies:
         for folder in path.parents[: len(path.relative_to(self.target.parent).parts) - 1]:
             if folder.is_symlink() or (folder.exists() and not folder.is_dir()):
                 raise CompanionError(f"'{folder}' in the folder of the result is a link or a file")
-        planned = {str(other).casefold(): other for other in self.files}
-        if str(path).casefold() in planned:
+        if str(path).casefold() in self._planned:
             return path in self.files and self.files[path] == data
         if not os.path.lexists(path):
             return True

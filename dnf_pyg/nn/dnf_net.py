@@ -95,7 +95,7 @@ class DNFNet(FilteringNetwork):
     def stages(
         self,
         x: Tensor,
-        edge_index: Adj | Sequence[Adj],
+        edge_index: Tensor | Sequence[Adj],
         edge_attr: Tensor | None = None,
         batch: Tensor | None = None,
     ) -> list[Stage]:

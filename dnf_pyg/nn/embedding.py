@@ -62,6 +62,7 @@ class MultiScaleEmbedding(Module):
                 "each for every level."
             )
         self.k = tuple(k)
+        self.in_channels = in_channels
         self.subtract = subtract
         sizes = [in_channels, *channels]
         self.convs = ModuleList(self.make_conv(level, *sizes[level : level + 2]) for level in range(len(k)))
@@ -73,6 +74,10 @@ class MultiScaleEmbedding(Module):
         layer = FeatureGroupingConv if level > 0 and self.subtract else NormalGroupingConv
         return layer(in_channels, out_channels)
 
+    def grouping_input(self, features: Tensor, x: Tensor) -> Tensor:
+        """Features that a level groups: those of the level below."""
+        return features
+
     def reset_parameters(self) -> None:
         """Draw new weights."""
         for module in (*self.convs, *self.attentions, self.fuse):
@@ -81,14 +86,15 @@ class MultiScaleEmbedding(Module):
     def forward(
         self,
         x: Tensor,
-        edge_index: Adj | Sequence[Adj],
+        edge_index: Tensor | Sequence[Adj],
         edge_attr: Tensor | None = None,
         batch: Tensor | None = None,
         batch_size: int | None = None,
     ) -> Tensor:
         """Embed each face; ``batch_size`` avoids computing the number of patches."""
-        levels = [x]
+        levels = [x[:, : self.in_channels]]
         edges = edges_per_level(edge_index, edge_attr, self.k)
         for conv, attention, level_edges in zip(self.convs, self.attentions, edges, strict=True):
-            levels.append(attention(conv(levels[-1], level_edges), batch, batch_size))
+            grouped = conv(self.grouping_input(levels[-1], x), level_edges)
+            levels.append(attention(grouped, batch, batch_size))
         return self.fuse(torch.cat(levels, dim=-1))

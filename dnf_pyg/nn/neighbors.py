@@ -1,6 +1,7 @@
 """Edges sorted by centre, limited to the nearest faces, or found in feature space."""
 
 from collections.abc import Sequence
+from typing import cast
 
 import torch
 from torch import Tensor
@@ -67,7 +68,7 @@ def nearest_edges(edge_index: Tensor, edge_attr: Tensor | None, k: int) -> Tenso
     return edge_index[:, edge_attr < k]
 
 
-def edges_per_level(edge_index: Adj | Sequence[Adj], edge_attr: Tensor | None, k: Sequence[int]) -> Sequence[Adj]:
+def edges_per_level(edge_index: Tensor | Sequence[Adj], edge_attr: Tensor | None, k: Sequence[int]) -> Sequence[Adj]:
     """Select the edges of each level: those to the ``k`` nearest faces, or the ones that are given level by level.
 
     Args:
@@ -89,7 +90,8 @@ def edges_per_level(edge_index: Adj | Sequence[Adj], edge_attr: Tensor | None, k
                 f"Expected 'edge_index' for each of {len(k)} levels (got {len(edge_index)}). Give one for every level."
             )
         return edge_index
-    return [nearest_edges(edge_index, edge_attr, k_level) for k_level in k]
+    tensor = cast("Tensor", edge_index)
+    return [nearest_edges(tensor, edge_attr, k_level) for k_level in k]
 
 
 def patch_sizes(batch: Tensor | None, num_nodes: int, batch_size: int | None = None) -> list[int]:

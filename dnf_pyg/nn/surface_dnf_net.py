@@ -103,7 +103,7 @@ class SurfaceDNFNet(FilteringNetwork):
         x: Tensor,
         pos: Tensor,
         area: Tensor,
-        edge_index: Adj | Sequence[Adj],
+        edge_index: Tensor | Sequence[Adj],
         edge_attr: Tensor | None = None,
         batch: Tensor | None = None,
     ) -> list[Stage]:
@@ -112,8 +112,8 @@ class SurfaceDNFNet(FilteringNetwork):
         frame = frame if batch is None else frame[batch]  # (F, 3, 3)
         place, area = patch_surface(pos, area, batch)
         edges = edges_per_level(edge_index, edge_attr, self.k)
-        seen = torch.cat([in_frame(x, frame), area.log()], dim=1)
-        features = self.embedding(seen, in_frame(place, frame), edges, batch=batch)
+        seen = torch.cat([in_frame(x, frame), area.log(), in_frame(place, frame)], dim=1)
+        features = self.embedding(seen, edges, batch=batch)
         stages: list[Stage] = []
         for unit, head in zip(self.units, self.heads, strict=True):
             residual = unit(features, batch)

@@ -4,11 +4,9 @@ from collections.abc import Sequence
 
 import torch
 from torch import Tensor
-from torch_geometric.typing import Adj
 
 from dnf_pyg.nn.embedding import MultiScaleEmbedding
 from dnf_pyg.nn.grouping import SurfaceGroupingConv
-from dnf_pyg.nn.neighbors import edges_per_level
 
 __all__ = ["SurfaceEmbedding"]
 
@@ -26,13 +24,13 @@ class SurfaceEmbedding(MultiScaleEmbedding):
         out_channels: Features per face after fusing.
 
     Shapes:
-        - **x:** :math:`(F, 4)`, facet normal and logarithm of the relative area
-        - **place:** :math:`(F, 3)`, centroid in units of the patch (:func:`~dnf_pyg.nn.surface.patch_surface`)
+        - **x:** :math:`(F, 7)`, facet normal, logarithm of the relative area, and centroid in units of the patch
+          (:func:`~dnf_pyg.nn.surface.patch_surface`)
 
     Example:
         >>> embedding = SurfaceEmbedding(k=(1, 2), channels=(8, 16), out_channels=4)
         >>> edge_index, rank = torch.tensor([[0, 1, 1, 0], [0, 0, 1, 1]]), torch.tensor([0, 1, 0, 1])
-        >>> embedding(torch.randn(2, 4), torch.randn(2, 3), edge_index, rank).shape
+        >>> embedding(torch.randn(2, 7), edge_index, rank).shape
         torch.Size([2, 4])
     """
 
@@ -43,19 +41,6 @@ class SurfaceEmbedding(MultiScaleEmbedding):
         """Make the grouping layer of a level."""
         return SurfaceGroupingConv(in_channels + 3, out_channels)
 
-    def forward(
-        self,
-        x: Tensor,
-        place: Tensor,
-        edge_index: Adj | Sequence[Adj],
-        edge_attr: Tensor | None = None,
-        batch: Tensor | None = None,
-        batch_size: int | None = None,
-    ) -> Tensor:
-        """Embed each face; ``batch_size`` avoids computing the number of patches."""
-        levels = [x]
-        edges = edges_per_level(edge_index, edge_attr, self.k)
-        for conv, attention, level_edges in zip(self.convs, self.attentions, edges, strict=True):
-            found = conv(torch.cat([levels[-1], place], dim=-1), level_edges)
-            levels.append(attention(found, batch, batch_size))
-        return self.fuse(torch.cat(levels, dim=-1))
+    def grouping_input(self, features: Tensor, x: Tensor) -> Tensor:
+        """Features that a level groups: those of the level below, and the place."""
+        return torch.cat([features, x[:, self.in_channels :]], dim=-1)

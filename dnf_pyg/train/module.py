@@ -104,8 +104,9 @@ class NormalFilteringModule(LightningModule):
         self.scheduler_interval = scheduler_interval
         self.thinning = thinning
         self.parts = dict(parts or {})
-        for name, k in {"thinning": thinning and thinning.k, **{n: p.k for n, p in self.parts.items()}}.items():
-            if k is not None and len(k) != len(net.k):
+        for name, settings in {**self.parts, "thinning": thinning}.items():
+            k = settings and settings.k
+            if k and len(k) != len(net.k):
                 raise ValueError(
                     f"Expected 'k' of '{name}' with {len(net.k)} levels (got {k}). Give one for each level."
                 )
@@ -117,7 +118,9 @@ class NormalFilteringModule(LightningModule):
         self.train_theta, self.val_theta, self.test_theta = (MeanAngularDifference() for _ in range(3))
 
     @classmethod
-    def load_from_checkpoint(cls, checkpoint_path: str | Path, *args: Any, **options: Any) -> Self:
+    def load_from_checkpoint(  # type: ignore[override]
+        cls, checkpoint_path: str | Path, *args: Any, **options: Any
+    ) -> Self:
         """Load a module; its network is rebuilt from the checkpoint unless ``net`` is given."""
         if "net" not in options:
             checkpoint = torch.load(checkpoint_path, map_location="cpu", weights_only=True)

@@ -58,7 +58,7 @@ class WarmupStableDecay(LRScheduler):
         factor = min(1.0, (step + 1) / warmup_steps) if warmup_steps else 1.0
         if decay_start is not None and total_steps is not None and step > decay_start:
             factor = min(factor, max(0.0, (total_steps - step) / (total_steps - decay_start)))
-        return [rate * factor for rate in self.base_lrs]
+        return [float(rate) * factor for rate in self.base_lrs]
 
     def state_dict(self) -> dict[str, Any]:
         """State without the settings."""

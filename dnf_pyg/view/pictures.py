@@ -96,7 +96,7 @@ def draw_meshes(
         camera: Where the meshes are seen from; by default :meth:`Camera.choose` decides.
 
     Raises:
-        MeshFileError: If the picture cannot be written.
+        OutputError: If the picture cannot be written.
         ValueError: If no mesh is given.
     """
     if not meshes:
@@ -129,7 +129,7 @@ def save_figure(figure: Figure, path: str | Path | BinaryIO) -> None:
     """Write a figure as png to a stream, or to a file that appears whole or not at all.
 
     Raises:
-        MeshFileError: If the file cannot be written.
+        OutputError: If the file cannot be written.
     """
     picture = io.BytesIO()
     figure.savefig(picture, format="png")

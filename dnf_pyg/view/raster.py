@@ -1,12 +1,12 @@
 """Flat-shaded pictures of meshes as arrays, drawn without a display."""
 
-import numba
 import numpy as np
 import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
 from dnf_pyg.mesh.geometry import face_normals
+from dnf_pyg.mesh.rasterize import nearest_face
 from dnf_pyg.view.camera import Camera
 
 __all__ = ["render"]
@@ -39,7 +39,7 @@ def render(pos: Tensor, face: Tensor, camera: Camera, size: int, color: Tensor |
     samples = size * _SAMPLES
     seen = camera.project(pos)
     pixel = torch.stack([(seen[:, 0] + 1) * samples / 2, (1 - seen[:, 1]) * samples / 2, seen[:, 2]], dim=-1)
-    face_id = _nearest_face(pixel.numpy(), np.ascontiguousarray(face.t().numpy()), samples)
+    face_id = nearest_face(pixel.numpy(), np.ascontiguousarray(face.t().numpy()), samples)
     normal = face_normals(pos.double(), face) @ camera.rotation.t()
     behind = normal[:, 2:] < 0
     normal = torch.where(behind, -normal, normal)
@@ -53,34 +53,3 @@ def render(pos: Tensor, face: Tensor, camera: Camera, size: int, color: Tensor |
     background = base.new_ones(1, 3)  # the last row, which face id -1 points at
     table = torch.cat([(light * base).clamp(max=1), background]).float().numpy()
     return table[face_id].reshape(size, _SAMPLES, size, _SAMPLES, 3).mean(axis=(1, 3))
-
-
-@numba.njit(cache=True)
-def _nearest_face(
-    pixel: NDArray[np.float64], face: NDArray[np.int64], size: int
-) -> NDArray[np.int32]:  # pragma: no cover
-    """Face seen at each sample, (size, size), -1 where there is none; ``pixel`` (V, 3) holds column, row, nearness."""
-    face_id = np.full((size, size), -1, dtype=np.int32)
-    depth = np.full((size, size), -np.inf)
-    for f in range(face.shape[0]):
-        ax, ay, az = pixel[face[f, 0]]
-        bx, by, bz = pixel[face[f, 1]]
-        cx, cy, cz = pixel[face[f, 2]]
-        area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
-        if area == 0:
-            continue
-        first_row, last_row = max(int(min(ay, by, cy)), 0), min(int(max(ay, by, cy)), size - 1)
-        first_column, last_column = max(int(min(ax, bx, cx)), 0), min(int(max(ax, bx, cx)), size - 1)
-        for row in range(first_row, last_row + 1):
-            y = row + 0.5
-            for column in range(first_column, last_column + 1):
-                x = column + 0.5
-                v = ((x - ax) * (cy - ay) - (y - ay) * (cx - ax)) / area
-                w = ((bx - ax) * (y - ay) - (by - ay) * (x - ax)) / area
-                if v < 0 or w < 0 or v + w > 1:
-                    continue
-                z = az + v * (bz - az) + w * (cz - az)
-                if z > depth[row, column]:
-                    depth[row, column] = z
-                    face_id[row, column] = f
-    return face_id

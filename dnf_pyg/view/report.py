@@ -95,7 +95,7 @@ def write_report(
         camera: Where the meshes are seen from at first; by default :meth:`Camera.choose` decides.
 
     Raises:
-        MeshFileError: If the page cannot be written.
+        OutputError: If the page cannot be written.
         ValueError: If the meshes have different numbers of vertices.
     """
     for name, pos in (("after", after), ("reference", reference)):

@@ -30,7 +30,7 @@ def main():
         clean = trimesh.creation.icosphere(subdivisions=subdivisions)
         pos, face = torch.tensor(clean.vertices), torch.tensor(clean.faces).t().contiguous()
         noisy = GaussianNormalNoise()(pos, face, 0.2, torch.Generator().manual_seed(0))
-        calls = [partial(make(20), noisy, face) for make in BASELINES.values()]
+        calls = [partial(make(), noisy, face) for make in BASELINES.values()]
         calls.append(partial(surface_distance, noisy, pos, face))
         calls.append(partial(trimesh.proximity.closest_point, clean, noisy.numpy()))
         print(f"{face.size(1):8} " + " ".join(f"{median(call):10.2f}" for call in calls), flush=True)

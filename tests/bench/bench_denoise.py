@@ -46,7 +46,7 @@ def network(net, settings):
 
 def classical(name):
     def filtered(mesh):
-        return BASELINES[name](20)(mesh.pos, mesh.face).pos, {}
+        return BASELINES[name]()(mesh.pos, mesh.face).pos, {}
 
     return filtered
 

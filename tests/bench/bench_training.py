@@ -61,8 +61,8 @@ def bare(data):
     times = []
     for _ in range(STEPS // 2):
         start = time.process_time()
-        stages = net.stages(batch.normal, batch.edge_index, batch.batch)
-        module.loss(stages, batch.clean_normal, batch.batch).total.backward()
+        stages = net.stages(batch.x, batch.edge_index, batch.batch)
+        module.loss(stages, batch.y, batch.batch).total.backward()
         net.zero_grad()
         times.append(time.process_time() - start)
     return statistics.median(times[1:])

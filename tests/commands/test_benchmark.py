@@ -39,7 +39,7 @@ def test_network_baselines_outputs_and_published_in_one_run(data, weights, tmp_p
     assert float(rows["box", "n1", "perfect"]["vertex_error"]) == 0
     assert 0 < float(rows["box", "n1", "BNF"]["theta_deg"]) < float(rows["box", "n1", "BNF"]["theta_noisy_deg"])
     assert "num_iterations=5, max_correlation=-0.03, repeat=1, seed=0" in rows["box", "n1", "first"]["parameters"]
-    assert "num_vertex_iterations=5" in rows["box", "n1", "BNF"]["parameters"]
+    assert "VertexUpdate(num_iterations=5, max_correlation=-0.03)" in rows["box", "n1", "BNF"]["parameters"]
     content = json.loads((out / "results.json").read_text())
     assert content["data"] == "set/test"
     assert content["summary"]["perfect"]["theta_deg"] == 0
@@ -67,6 +67,16 @@ def test_meshes_and_limit(data, tmp_path):
     assert {key[:2] for key in results(tmp_path / "a")} == {("box", "n1"), ("box", "n2")}
     run(*words, "-o", tmp_path / "b", "--meshes", "*_n2", "--limit", "1")
     assert {key[:2] for key in results(tmp_path / "b")} == {("ball", "n2")}
+
+
+def test_filters_with_their_own_vertex_update(data, tmp_path):
+    words = [data, "--weights", "--baselines", "BNF", "--limit", "1"]
+    run(*words, "-o", tmp_path / "shared")
+    run(*words, "-o", tmp_path / "own", "--filter-update", "own")
+    shared, own = (next(iter(results(tmp_path / name).values())) for name in ("shared", "own"))
+    assert own["parameters"].endswith("num_vertex_iterations=20)")
+    assert own["theta_normals_deg"] == shared["theta_normals_deg"]
+    assert own["theta_deg"] != shared["theta_deg"]
 
 
 def test_failing_mesh_is_told_at_the_end(data, tmp_path, capsys):

@@ -10,7 +10,7 @@ import pytest
 import torch
 import trimesh
 
-from dnf_pyg import DataError, MeshFileError, denoise, load_network
+from dnf_pyg import DataError, MeshFileError, OutputError, denoise, load_network
 from dnf_pyg.cli import main
 from dnf_pyg.datamodules import MeshFilesDataModule
 from dnf_pyg.datamodules.mesh_files import equal_shares
@@ -125,7 +125,7 @@ def test_nothing_left_to_do(folders, caplog):
 )
 def test_wrong_folders(folders, monkeypatch, change, text):
     monkeypatch.chdir(folders)
-    with pytest.raises((DataError, MeshFileError), match=text):
+    with pytest.raises((DataError, MeshFileError, OutputError), match=text):
         MeshFilesDataModule(**{"inputs": ["in"], "output": "out", **change})
 
 

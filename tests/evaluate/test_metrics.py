@@ -4,7 +4,13 @@ import pytest
 import torch
 import trimesh
 
-from dnf_pyg.evaluate.metrics import MeanAngularDifference, VertexError, angular_difference
+from dnf_pyg.evaluate.metrics import (
+    MeanAngularDifference,
+    VertexError,
+    angular_difference,
+    mean_angular_difference,
+    normal_angles,
+)
 
 
 def test_angle_matches_arc_cosine_in_a_loop():
@@ -37,7 +43,7 @@ def test_theta_accumulates_over_faces_not_batches():
 
 
 def test_theta_rejects_other_shapes():
-    with pytest.raises(ValueError, match=r"one shape \(got \[2, 3\], \[3, 3\]\)"):
+    with pytest.raises(ValueError, match=r"'clean_normal' of shape \[2, 3\] \(got \[3, 3\]\)\. Pass"):
         MeanAngularDifference().update(torch.zeros(2, 3), torch.zeros(3, 3))
 
 
@@ -49,3 +55,14 @@ def test_vertex_error_of_a_shifted_plane():
     inside = clean[(clean[:, 2] == 0.5) & (clean[:, :2].abs().amax(dim=1) < 4)]
     moved = inside + torch.tensor([0.0, 0.0, 0.3])
     assert float(VertexError()(moved, clean, face)) == pytest.approx(0.3 / float(lengths.mean()), rel=1e-6)
+
+
+def test_mean_of_one_mesh_is_the_metric_and_leaves_out_faces_without_clean_normal():
+    generator = torch.Generator().manual_seed(0)
+    normal, clean = (torch.nn.functional.normalize(torch.randn(50, 3, generator=generator), dim=1) for _ in range(2))
+    clean[::7] = 0
+    known = [i for i in range(50) if i % 7]
+    angles = [math.degrees(math.acos(float(normal[i].double() @ clean[i].double()))) for i in known]
+    assert normal_angles(normal, clean).tolist() == pytest.approx(angles, abs=1e-3)
+    assert mean_angular_difference(normal, clean) == pytest.approx(sum(angles) / len(angles), abs=1e-4)
+    assert mean_angular_difference(normal, clean) == pytest.approx(float(MeanAngularDifference()(normal, clean)))

@@ -1,3 +1,4 @@
+import contextlib
 import os
 
 import numpy as np
@@ -6,7 +7,7 @@ import torch
 import trimesh
 from PIL import Image
 
-from dnf_pyg.errors import MeshError, MeshFileError, OutputError
+from dnf_pyg.errors import MeshError, MeshFileError, MeshFileWarning, OutputError
 from dnf_pyg.io import read_mesh, write_mesh
 from dnf_pyg.mesh.validate import validate_mesh
 
@@ -248,3 +249,21 @@ def test_gltf_and_glb_are_the_same_in_another_wrapping(tmp_path):
     assert trees[0] == trees[1] == trees[2]
     material = trimesh.load_mesh(tmp_path / "out" / "small.glb", process=False).visual.material
     assert material.baseColorTexture.getpixel((0, 0))[:3] == (255, 0, 0)
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_what_trimesh_cannot_read_is_converted_without_colours(tmp_path, suffix):
+    header = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+    header += "element tristrips 1\nproperty list int int vertex_indices\nend_header\n"
+    (tmp_path / "strips.ply").write_text(header + "0 0 0\n1 0 0\n0 1 0\n1 1 0\n4 0 1 2 3\n")
+    strips = read_mesh(tmp_path / "strips.ply")
+    assert strips.face.t().tolist() == [[0, 1, 2], [2, 1, 3]]
+    (tmp_path / "odd.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 x\nf 1/1 2/1 3/1\n")
+    odd = read_mesh(tmp_path / "odd.obj")
+    write_mesh(strips, strips.pos + 1, tmp_path / f"strips2.{suffix}")
+    context = contextlib.nullcontext() if suffix == "obj" else pytest.warns(MeshFileWarning, match="Only positions")
+    with context:
+        write_mesh(odd, odd.pos + 1, tmp_path / f"odd2.{suffix}")
+    for before, name in ((strips, "strips2"), (odd, "odd2")):
+        after = read_mesh(tmp_path / f"{name}.{suffix}")
+        torch.testing.assert_close(after.pos[after.face], before.pos[before.face] + 1, rtol=0, atol=1e-6)

@@ -31,13 +31,14 @@ def test_every_level_sees_places(training, loops, make):
         levels.append(loops.channel_attention(attention, h, BATCH))
     x = torch.cat(levels, dim=1) @ layer.fuse.lins[0].weight.t() + layer.fuse.lins[0].bias
     expected = torch.stack(loops.normalize(x, layer.fuse.norms[0].module)).clamp(min=0)
-    out = layer(levels[0], place, edge_index, rank, BATCH)
+    out = layer(torch.cat([levels[0], place], dim=1), edge_index, rank, BATCH)
     torch.testing.assert_close(out, expected, rtol=0, atol=1e-10)
 
 
 def test_moves_of_the_patch_do_not_matter(make):
     layer = make.scramble(SurfaceEmbedding((2, 3), (8, 16), 6)).eval()
     normal, edge_index, rank = patches(make)
-    x, place = torch.cat([normal, torch.randn(9, 1)], dim=1), torch.randn(9, 3)
-    moved = layer(x, place + torch.tensor([3.0, -2.0, 5.0]), edge_index, rank, BATCH)
-    torch.testing.assert_close(moved, layer(x, place, edge_index, rank, BATCH), rtol=0, atol=1e-9)
+    x = torch.cat([normal, torch.randn(9, 4)], dim=1)
+    moved = x + torch.tensor([0.0, 0, 0, 0, 3, -2, 5])
+    expected = layer(x, edge_index, rank, BATCH)
+    torch.testing.assert_close(layer(moved, edge_index, rank, BATCH), expected, rtol=0, atol=1e-9)

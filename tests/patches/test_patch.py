@@ -7,6 +7,7 @@ from torch_geometric.data import Batch
 
 from dnf_pyg.errors import MeshError
 from dnf_pyg.mesh import HeatGrowth, face_normals, nearest_faces
+from dnf_pyg.nn import nearest_edges
 from dnf_pyg.patches import FaceFeatures, PatchExtractor, patch_to_data
 
 
@@ -54,8 +55,7 @@ def test_data_form(cube_mesh):
     pos, face = cube_mesh
     normal = face_normals(pos, face)
     patch = PatchExtractor(pos, face, patch_size=100, k=10).extract(7)
-    features = FaceFeatures.from_mesh(pos, face)
-    data = patch_to_data(patch, features, clean_normal=-normal)
+    data = patch_to_data(patch, FaceFeatures.from_mesh(pos, face), clean_normal=-normal)
     data.validate()
     assert data.num_nodes == 100
     assert data.edge_index.shape == (2, 1000)
@@ -66,7 +66,16 @@ def test_data_form(cube_mesh):
     assert data.num_node_features == 3
     assert torch.equal(data.x, normal[patch.face_id].float())
     assert torch.equal(data.y, -data.x)
-    assert "y" not in patch_to_data(patch, features)
+    assert "y" not in patch_to_data(patch, FaceFeatures.from_mesh(pos, face))
+
+
+def test_ranks_stay_with_their_edges(cube_mesh):
+    """What PyG does to the order of edges changes no level of nearest faces."""
+    data = patch_to_data(PatchExtractor(*cube_mesh, patch_size=60, k=9).extract(3), FaceFeatures.from_mesh(*cube_mesh))
+    expected = {tuple(edge) for edge in nearest_edges(data.edge_index, data.edge_attr, 4).t().tolist()}
+    assert len(expected) == 240
+    for other in (data.coalesce(), data.sort(sort_by_row=False), data.sort()):
+        assert {tuple(edge) for edge in nearest_edges(other.edge_index, other.edge_attr, 4).t().tolist()} == expected
 
 
 def test_places_are_relative_to_the_seed(cube_mesh):
@@ -79,7 +88,7 @@ def test_places_are_relative_to_the_seed(cube_mesh):
         place = corner[:, i].sum(dim=0) / 3 - corner[:, 0].sum(dim=0) / 3
         area = torch.linalg.cross(corner[1, i] - corner[0, i], corner[2, i] - corner[0, i]).norm() / 2
         torch.testing.assert_close(data.pos[i], place.float(), atol=1e-6, rtol=1e-5)
-        torch.testing.assert_close(data.area[i], area.float())
+        torch.testing.assert_close(data.area[i], area.float(), atol=1e-6, rtol=1e-5)
 
 
 def test_batch_keeps_patches_apart(cube_mesh):
@@ -89,6 +98,7 @@ def test_batch_keeps_patches_apart(cube_mesh):
     batch = Batch.from_data_list(patches)
     assert batch.seed_index.tolist() == [0, 60]
     assert torch.equal(batch.edge_index[:, 300:] - 60, patches[1].edge_index)
+    assert torch.equal(batch.edge_attr[300:], patches[1].edge_attr)
     assert torch.equal(batch.batch[batch.edge_index[0]], batch.batch[batch.edge_index[1]])
     assert torch.equal(batch.edge_index[1], batch.edge_index[1].sort().values)
     assert torch.equal(batch[1].face_id, patches[1].face_id)

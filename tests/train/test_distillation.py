@@ -34,7 +34,7 @@ def batch():
     normal, clean = (torch.nn.functional.normalize(torch.randn(20, 3), dim=-1) for _ in range(2))
     near = torch.stack([torch.arange(20), *torch.randint(20, (7, 20))]).t().flatten()
     edge_index = torch.stack([near, torch.arange(20).repeat_interleave(8)])
-    return Batch.from_data_list([Data(normal=normal, clean_normal=clean, edge_index=edge_index, num_nodes=20)] * 2)
+    return Batch.from_data_list([Data(x=normal, y=clean, edge_index=edge_index, num_nodes=20)] * 2)
 
 
 def joint(tmp_path, ks=(4, 8)):
@@ -64,13 +64,13 @@ def trainer(tmp_path, *callbacks):
 def test_loss_is_that_of_the_formula(teachers, batch, weight):
     distillation, loss = Distillation(teachers, weight), JointLoss(alpha=0.5)
     student = DNFNet(k=(2, 4, 6), **SMALL)
-    stages = student.stages(batch.normal, batch.edge_index, batch.batch)
-    terms = distillation(loss(stages, batch.clean_normal, batch.batch), loss, stages, "far", batch)
+    stages = student.stages(batch.x, batch.edge_index, batch.batch)
+    terms = distillation(loss(stages, batch.y, batch.batch), loss, stages, "far", batch)
     with torch.no_grad():
-        target = load_network(teachers["far"])(batch.normal, batch.edge_index, batch.batch)
+        target = load_network(teachers["far"])(batch.x, batch.edge_index, batch.batch)
     recovery = residual = 0.0
     for normal, feature in stages:  # both patches have as many faces: the mean over faces is that over patches
-        towards = [(normal - wanted).square().sum(dim=1).mean() for wanted in (batch.clean_normal, target)]
+        towards = [(normal - wanted).square().sum(dim=1).mean() for wanted in (batch.y, target)]
         recovery += (1 - weight) * towards[0] + weight * towards[1]
         residual += feature.square().sum(dim=1).mean()
     torch.testing.assert_close(terms.recovery, recovery)

@@ -19,7 +19,7 @@ def patch(seed, num_faces=30, k=4):
     edge_index = torch.stack([near.t().flatten(), torch.arange(num_faces).repeat_interleave(k)])
     clean = torch.nn.functional.normalize(torch.randn(1, 3, generator=generator), dim=-1).expand(num_faces, 3)
     normal = torch.nn.functional.normalize(clean + 0.3 * torch.randn(num_faces, 3, generator=generator), dim=-1)
-    return Data(normal=normal, clean_normal=clean, edge_index=edge_index, num_nodes=num_faces)
+    return Data(x=normal, y=clean, edge_index=edge_index, num_nodes=num_faces)
 
 
 @pytest.fixture
@@ -54,9 +54,9 @@ def test_validation_values_match_the_formulas(module, batches, tmp_path):
     angles, losses = [], []
     with torch.no_grad():
         for batch in batches:
-            stages = module.net.stages(batch.normal, batch.edge_index, batch.batch)
-            angles.append(angular_difference(stages[-1][0], batch.clean_normal))
-            losses.append(JointLoss()(stages, batch.clean_normal, batch.batch).total)
+            stages = module.net.stages(batch.x, batch.edge_index, batch.batch)
+            angles.append(angular_difference(stages[-1][0], batch.y))
+            losses.append(JointLoss()(stages, batch.y, batch.batch).total)
     assert values["val/theta"] == pytest.approx(float(torch.cat(angles).mean()), rel=1e-5)
     assert values["val/loss"] == pytest.approx(float(torch.stack(losses).mean()), rel=1e-5)
 

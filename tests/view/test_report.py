@@ -214,7 +214,7 @@ def test_dark_and_narrow(browser, page):
         browser.send("Emulation.setDeviceMetricsOverride", **SIZE, deviceScaleFactor=1, mobile=False)
 
 
-SCRIPT = """'"></title></script></td></style><script>document.title = 'run'</script><img src=x onerror="document.title='run'">"""
+SCRIPT = """'"></title></script></td><script>document.title='run'</script><img src=x onerror="document.title='run'">"""
 
 
 def test_names_from_files_are_text_and_never_run(browser, tmp_path, sphere_mesh):

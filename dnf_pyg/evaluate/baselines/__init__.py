@@ -1,4 +1,4 @@
-"""Classical filters to compare with; each takes and gives ``pos`` (V, 3) and ``face`` (3, F)."""
+"""Classical filters to compare with. Each denoises ``pos`` (V, 3) of a mesh with ``face`` (3, F)."""
 
 from collections.abc import Callable
 
@@ -16,9 +16,9 @@ __all__ = [
     "TaubinSmoothing",
 ]
 
-BASELINES: dict[str, Callable[[int], Baseline]] = {
-    "BNF": lambda iterations: BilateralNormalFilter(num_vertex_iterations=iterations),
-    "GNF": lambda iterations: GuidedNormalFilter(),
-    "Taubin": lambda iterations: TaubinSmoothing(num_vertex_iterations=iterations),
+BASELINES: dict[str, Callable[[], Baseline]] = {
+    "BNF": BilateralNormalFilter,
+    "GNF": GuidedNormalFilter,
+    "Taubin": TaubinSmoothing,
 }
-"""Filters by name, for a number of vertex iterations after the filter; GNF moves vertices between its own."""
+"""Filters by name, with their default parameters when called."""

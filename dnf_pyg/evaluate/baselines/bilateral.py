@@ -2,27 +2,19 @@
 
 from dataclasses import dataclass
 
-import numpy as np
 import torch
-from numba import njit
-from numpy.typing import NDArray
 from torch import Tensor
 
 from dnf_pyg.evaluate.baselines.filtered import FilteredMesh
-from dnf_pyg.mesh.adjacency import edge_adjacent
-from dnf_pyg.mesh.geometry import face_areas, face_centroids, filled_face_normals
-from dnf_pyg.mesh.topology import Topology
-from dnf_pyg.mesh.validate import validate_mesh
+from dnf_pyg.mesh import edge_adjacent, face_areas, face_centroids, filled_face_normals, one_ring, validate_mesh
 from dnf_pyg.mesh.vertex_update import update_vertices
 
-__all__ = ["BilateralNormalFilter", "mean_centroid_distance"]
-
-Floats = NDArray[np.float64]
+__all__ = ["BilateralNormalFilter", "average_normals", "mean_centroid_distance", "spatial_weights"]
 
 
 @dataclass(frozen=True)
 class BilateralNormalFilter:
-    r"""Average each normal with those around it, the more the nearer and the more alike they are; repeat.
+    r"""Average the normals around each face, weighted by their distance and similarity, repeatedly.
 
     .. math::
         \mathbf{n}_i \leftarrow \Lambda\Big(\sum_{j \in \mathcal{N}(i)} A_j
@@ -60,63 +52,37 @@ class BilateralNormalFilter:
     def __call__(self, pos: Tensor, face: Tensor) -> FilteredMesh:
         """Denoise vertex positions (V, 3) of a mesh with faces (3, F)."""
         validate_mesh(pos, face)
-        ptr, neighbor = Topology(face, pos.size(0)).one_ring
-        normal = filled_face_normals(pos.double(), face).numpy()
-        centroid = face_centroids(pos.double(), face).numpy()
-        area = face_areas(pos.double(), face).numpy()
-        sigma = mean_centroid_distance(centroid, edge_adjacent(face).numpy())
-        weight = spatial_weights(ptr, neighbor, centroid, area, sigma)
+        edge_index = one_ring(face, pos.size(0))
+        normal = filled_face_normals(pos.double(), face)
+        centroid, area = face_centroids(pos.double(), face), face_areas(pos.double(), face)
+        weight = spatial_weights(edge_index, centroid, area, mean_centroid_distance(centroid, edge_adjacent(face)))
         for _ in range(self.num_iterations):
-            normal = average_normals(ptr, neighbor, weight, normal, normal, self.sigma_range)
-        filtered = torch.from_numpy(normal).to(pos.dtype)
-        return FilteredMesh(update_vertices(pos, face, filtered, self.num_vertex_iterations), filtered)
+            normal = average_normals(edge_index, weight, normal, normal, self.sigma_range)
+        normal = normal.to(pos.dtype)
+        return FilteredMesh(update_vertices(pos, face, normal, self.num_vertex_iterations), normal)
 
 
-def mean_centroid_distance(centroid: Floats, adjacent: NDArray[np.int64]) -> float:
+def mean_centroid_distance(centroid: Tensor, adjacent: Tensor) -> float:
     """Mean distance of the centroids (F, 3) of faces that share an edge, pairs (2, E); 1 if there is none."""
-    distance = np.linalg.norm(centroid[adjacent[0]] - centroid[adjacent[1]], axis=-1)
+    distance = (centroid[adjacent[0]] - centroid[adjacent[1]]).norm(dim=-1)
     return float(distance.mean()) or 1.0 if len(distance) else 1.0
 
 
-@njit(cache=True, nogil=True)
-def spatial_weights(
-    ptr: NDArray[np.int64], neighbor: NDArray[np.int32], centroid: Floats, area: Floats, sigma: float
-) -> Floats:
-    """Area of each neighbour times a Gaussian of its distance, in the order of ``neighbor``."""
-    weight = np.empty(len(neighbor))
-    for i in range(len(ptr) - 1):
-        for entry in range(ptr[i], ptr[i + 1]):
-            j = neighbor[entry]
-            square = 0.0
-            for axis in range(3):
-                square += (centroid[i, axis] - centroid[j, axis]) ** 2
-            weight[entry] = area[j] * np.exp(-square / (2 * sigma * sigma))
-    return weight
+def spatial_weights(edge_index: Tensor, centroid: Tensor, area: Tensor, sigma: float) -> Tensor:
+    """Area of each neighbour times a Gaussian of its distance, (E,)."""
+    neighbor, center = edge_index
+    square = (centroid[center] - centroid[neighbor]).square().sum(dim=-1)
+    return area[neighbor] * torch.exp(-square / (2 * sigma * sigma))
 
 
-@njit(cache=True, nogil=True)
-def average_normals(
-    ptr: NDArray[np.int64], neighbor: NDArray[np.int32], weight: Floats, normal: Floats, guide: Floats, sigma: float
-) -> Floats:
-    """Mean of the neighbours' normals, weighted by ``weight`` and a Gaussian of the difference of the guides.
+def average_normals(edge_index: Tensor, weight: Tensor, normal: Tensor, guide: Tensor, sigma: float) -> Tensor:
+    """Mean of the neighbours' normals (F, 3), weighted by ``weight`` (E,) and a Gaussian of the guides' difference.
 
     A face whose weighted sum is zero keeps its normal.
     """
-    filtered = np.empty_like(normal)
-    for i in range(len(ptr) - 1):
-        x = y = z = 0.0
-        for entry in range(ptr[i], ptr[i + 1]):
-            j = neighbor[entry]
-            square = 0.0
-            for axis in range(3):
-                square += (guide[i, axis] - guide[j, axis]) ** 2
-            share = weight[entry] * np.exp(-square / (2 * sigma * sigma))
-            x += share * normal[j, 0]
-            y += share * normal[j, 1]
-            z += share * normal[j, 2]
-        length = np.sqrt(x * x + y * y + z * z)
-        if length > 0:
-            filtered[i, 0], filtered[i, 1], filtered[i, 2] = x / length, y / length, z / length
-        else:
-            filtered[i] = normal[i]
-    return filtered
+    neighbor, center = edge_index
+    square = (guide[center] - guide[neighbor]).square().sum(dim=-1)
+    share = weight * torch.exp(-square / (2 * sigma * sigma))
+    total = torch.zeros_like(normal).index_add_(0, center, share.unsqueeze(-1) * normal[neighbor])
+    length = total.norm(dim=-1, keepdim=True)
+    return torch.where(length > 0, total / length, normal)

@@ -1,4 +1,4 @@
-"""What every classical filter takes and gives."""
+"""Interface of the classical filters."""
 
 from typing import NamedTuple, Protocol
 
@@ -12,7 +12,7 @@ class FilteredMesh(NamedTuple):
 
     Attributes:
         pos: Denoised vertex positions, (V, 3).
-        normal: Filtered facet normals, (F, 3), unit length, that the vertices were moved to fit last.
+        normal: Filtered facet normals, (F, 3), unit length, which the vertices were last moved to fit.
     """
 
     pos: Tensor
@@ -20,7 +20,7 @@ class FilteredMesh(NamedTuple):
 
 
 class Baseline(Protocol):
-    """A filter whose parameters are its fields; every one has a default, and its repr shows them all."""
+    """A filter, a dataclass whose parameters all have defaults."""
 
     def __call__(self, pos: Tensor, face: Tensor) -> FilteredMesh:
         """Denoise vertex positions (V, 3) of a mesh with faces (3, F)."""

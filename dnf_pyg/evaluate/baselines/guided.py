@@ -8,23 +8,23 @@ from numba import njit
 from numpy.typing import NDArray
 from torch import Tensor
 
-from dnf_pyg.evaluate.baselines.bilateral import Floats, average_normals, mean_centroid_distance, spatial_weights
+from dnf_pyg.evaluate.baselines.bilateral import average_normals, mean_centroid_distance, spatial_weights
 from dnf_pyg.evaluate.baselines.filtered import FilteredMesh
-from dnf_pyg.mesh.adjacency import edge_adjacent
-from dnf_pyg.mesh.geometry import face_areas, face_centroids, filled_face_normals
-from dnf_pyg.mesh.topology import Topology
-from dnf_pyg.mesh.validate import validate_mesh
+from dnf_pyg.mesh import Topology, edge_adjacent, face_areas, face_centroids, filled_face_normals, validate_mesh
 from dnf_pyg.mesh.vertex_update import update_vertices
 
 __all__ = ["GuidedNormalFilter"]
 
+Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Shorts = NDArray[np.int32]
 
 
 @dataclass(frozen=True)
 class GuidedNormalFilter:
-    r"""Average normals by how alike their guides are, the mean normals of the most even patches around; repeat.
+    r"""Average the normals around each face, weighted by the similarity of guides, repeatedly.
+
+    The guide of a face is the mean normal of the most even patch around it.
 
     .. math::
         \mathbf{n}_i \leftarrow \Lambda\Big(\sum_{j \in \mathcal{N}(i)} A_j
@@ -72,59 +72,46 @@ class GuidedNormalFilter:
     def __call__(self, pos: Tensor, face: Tensor) -> FilteredMesh:
         """Denoise vertex positions (V, 3) of a mesh with faces (3, F)."""
         validate_mesh(pos, face)
-        ring = Topology(face, pos.size(0)).one_ring
-        adjacent = edge_adjacent(face).numpy()
-        across = np.searchsorted(adjacent[1], np.arange(face.size(1) + 1)), adjacent[0].astype(np.int32)
-        centroid = face_centroids(pos.double(), face).numpy()
-        reach = self.radius * mean_centroid_distance(centroid, adjacent)
-        near = _faces_within(*ring, centroid, reach)
+        topology = Topology(face, pos.size(0))
+        ring = topology.one_ring
+        adjacent = edge_adjacent(face)
+        edge_ptr = torch.searchsorted(adjacent[1].contiguous(), torch.arange(face.size(1) + 1))
+        across = edge_ptr.numpy(), adjacent[0].int().numpy()
         moved = pos.double()
+        centroid = face_centroids(moved, face)
+        ptr, near = _faces_within(*ring, centroid.numpy(), self.radius * mean_centroid_distance(centroid, adjacent))
+        center = torch.arange(face.size(1)).repeat_interleave(torch.from_numpy(ptr).diff())
+        edge_index = torch.stack([torch.from_numpy(near).long(), center])
         filtered = filled_face_normals(moved, face)
         for _ in range(self.num_iterations):
-            normal = filled_face_normals(moved, face).numpy()
-            area = face_areas(moved, face).numpy()
-            centroid = face_centroids(moved, face).numpy()
-            guide = _guides(*ring, *across, normal, area)
-            weight = spatial_weights(*near, centroid, area, mean_centroid_distance(centroid, adjacent))
-            filtered = torch.from_numpy(average_normals(*near, weight, normal, guide, self.sigma_range))
-            moved = update_vertices(moved, face, filtered, self.num_vertex_iterations)
+            normal, area = filled_face_normals(moved, face), face_areas(moved, face)
+            centroid = face_centroids(moved, face)
+            guide = torch.from_numpy(_guides(*ring, *across, normal.numpy(), area.numpy()))
+            weight = spatial_weights(edge_index, centroid, area, mean_centroid_distance(centroid, adjacent))
+            filtered = average_normals(edge_index, weight, normal, guide, self.sigma_range)
+            moved = update_vertices(moved, face, filtered, self.num_vertex_iterations, topology=topology)
         return FilteredMesh(moved.to(pos.dtype), filtered.to(pos.dtype))
 
 
 @njit(cache=True, nogil=True)
 def _faces_within(ptr: Ints, neighbor: Shorts, centroid: Floats, reach: float) -> tuple[Ints, Shorts]:
-    """Faces reached from each face over centroids no farther than ``reach`` from its own; the face itself first."""
-    num_faces = len(ptr) - 1
-    out_ptr = np.zeros(num_faces + 1, np.int64)
-    out = np.empty(16 * num_faces + 16, np.int32)
-    seen = np.full(num_faces, -1, np.int32)
-    end = 0
-    for i in range(num_faces):
-        begin = end
+    """Faces connected to each face through centroids no farther than ``reach`` from its own, the face itself first."""
+    seen = np.full(len(ptr) - 1, -1, np.int32)
+    limits = np.zeros_like(ptr)
+    found = [np.int32(0) for _ in range(0)]
+    for i in range(len(seen)):
         seen[i] = i
-        out[end] = i
-        end += 1
-        at = begin
-        while at < end:
-            u = out[at]
+        found.append(np.int32(i))
+        at = limits[i]
+        while at < len(found):
+            for j in neighbor[ptr[found[at]] : ptr[found[at] + 1]]:
+                if seen[j] != i:
+                    seen[j] = i
+                    if _square(centroid, i, j) <= reach * reach:
+                        found.append(j)
             at += 1
-            if end + ptr[u + 1] - ptr[u] + 1 >= len(out):
-                larger = np.empty(2 * (end + ptr[u + 1] - ptr[u] + 1), np.int32)
-                larger[:end] = out[:end]
-                out = larger
-            for entry in range(ptr[u], ptr[u + 1]):
-                j = neighbor[entry]
-                if seen[j] == i:
-                    continue
-                seen[j] = i
-                square = 0.0
-                for axis in range(3):
-                    square += (centroid[i, axis] - centroid[j, axis]) ** 2
-                if square <= reach * reach:
-                    out[end] = j
-                    end += 1
-        out_ptr[i + 1] = end
-    return out_ptr, out[:end].copy()
+        limits[i + 1] = len(found)
+    return limits, np.array(found)
 
 
 @njit(cache=True, nogil=True)
@@ -175,7 +162,7 @@ def _patches(
 
 
 @njit(cache=True, nogil=True)
-def _square(normal: Floats, i: int, j: int) -> float:
-    """Squared difference of two normals."""
-    x, y, z = normal[i, 0] - normal[j, 0], normal[i, 1] - normal[j, 1], normal[i, 2] - normal[j, 2]
+def _square(vector: Floats, i: int, j: int) -> float:
+    """Squared distance of two rows."""
+    x, y, z = vector[i, 0] - vector[j, 0], vector[i, 1] - vector[j, 1], vector[i, 2] - vector[j, 2]
     return x * x + y * y + z * z

@@ -16,15 +16,15 @@ __all__ = ["TaubinSmoothing"]
 
 @dataclass(frozen=True)
 class TaubinSmoothing:
-    r"""Move vertices towards the mean of their neighbours and back by a little more, which keeps the volume.
+    r"""Move vertices towards the mean of their neighbours and a little farther back, which preserves the volume.
 
-    The normals given back are those of the smoothed mesh; the noisy vertices are then moved to fit them, as with
-    every other filter here. Defaults are MeshLab's: ten pairs of steps with 0.5 and 0.53.
+    The filtered normals are those of the smoothed mesh; the noisy vertices are then moved to fit them, as with every
+    other filter here. Defaults are MeshLab's: ten pairs of steps with 0.5 and 0.53.
 
     Source: Taubin, A Signal Processing Approach to Fair Surface Design, SIGGRAPH 1995; trimesh's implementation.
 
     Args:
-        shrink: Step towards the mean, a share of the way.
+        shrink: Step towards the mean, a fraction of the way.
         inflate: Step away from it, a little larger than ``shrink``.
         num_pairs: Pairs of these two steps.
         num_vertex_iterations: Iterations of the vertex update after them.

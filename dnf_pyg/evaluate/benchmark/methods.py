@@ -1,4 +1,4 @@
-"""What a benchmark compares: networks, classical filters, and meshes that other programs made."""
+"""Methods that a benchmark compares: networks, classical filters, and meshes that other programs made."""
 
 import hashlib
 import time
@@ -14,18 +14,19 @@ from torch import Tensor
 from dnf_pyg.errors import MeshError, MeshFileError
 from dnf_pyg.evaluate.baselines import Baseline
 from dnf_pyg.io import SUFFIXES, read_mesh
+from dnf_pyg.mesh.vertex_update import update_vertices
 from dnf_pyg.pipeline import DenoiseResult
 
-__all__ = ["ClassicalMethod", "Method", "NetworkMethod", "OutputFolder", "Result"]
+__all__ = ["ClassicalMethod", "Method", "NetworkMethod", "OutputFolder", "Result", "VertexUpdate"]
 
 
 class Result(NamedTuple):
-    """What a method made of one mesh.
+    """Result of a method on one mesh.
 
     Attributes:
         pos: Denoised vertex positions, (V, 3).
         normal: Facet normals that the vertices were moved to fit, (F, 3), where known.
-        seconds: Time it took, where known.
+        seconds: Time that the method took, where known.
     """
 
     pos: Tensor
@@ -42,7 +43,7 @@ class Method(Protocol):
         ...
 
     def parameters(self, noisy: str) -> str:
-        """Everything that decides the result on the noisy mesh of that name, besides the mesh itself."""
+        """Everything besides the mesh itself that decides the result on the noisy mesh of this name."""
         ...
 
     def __call__(self, noisy: str, pos: Tensor, face: Tensor) -> Result:
@@ -56,8 +57,8 @@ class NetworkMethod:
 
     Attributes:
         name: Title of the column.
-        denoiser: The function with weights and settings filled in.
-        settings: Text that tells these weights and settings from all others.
+        denoiser: The function with weights and options bound.
+        settings: Text that identifies these weights and options.
     """
 
     name: str
@@ -65,7 +66,7 @@ class NetworkMethod:
     settings: str
 
     def parameters(self, noisy: str) -> str:
-        """Weights and settings."""
+        """Weights and options."""
         return self.settings
 
     def __call__(self, noisy: str, pos: Tensor, face: Tensor) -> Result:
@@ -78,35 +79,48 @@ class NetworkMethod:
 
 
 @dataclass(frozen=True)
+class VertexUpdate:
+    """The vertex update that methods share, see :func:`~dnf_pyg.mesh.vertex_update.update_vertices`."""
+
+    num_iterations: int = 60
+    max_correlation: float = -0.03
+
+
+@dataclass(frozen=True)
 class ClassicalMethod:
     """One of :mod:`dnf_pyg.evaluate.baselines`.
 
     Attributes:
         name: Title of the column.
         baseline: The filter with its parameters.
+        update: Vertex update from the noisy mesh to the filtered normals, the same as for the networks: the paper
+            compares methods this way (Li et al. 2020, Sec. 4). ``None`` keeps the filter's own vertex positions.
     """
 
     name: str
     baseline: Baseline
+    update: VertexUpdate | None = VertexUpdate()
 
     def parameters(self, noisy: str) -> str:
-        """Class and parameters of the filter."""
-        return repr(self.baseline)
+        """Classes and parameters of the filter and of the update."""
+        return repr(self.baseline) if self.update is None else f"{self.baseline!r}, {self.update!r}"
 
     def __call__(self, noisy: str, pos: Tensor, face: Tensor) -> Result:
         """Denoise one mesh."""
         start = time.perf_counter()
-        pos, normal = self.baseline(pos, face)
-        return Result(pos, normal, time.perf_counter() - start)
+        moved, normal = self.baseline(pos, face)
+        if self.update is not None:
+            moved = update_vertices(pos, face, normal, **vars(self.update))
+        return Result(moved, normal, time.perf_counter() - start)
 
 
 @dataclass(frozen=True)
 class OutputFolder:
-    """Meshes that another program made, called as the noisy ones; their endings may differ.
+    """Meshes that another program made, under the names of the noisy ones; file formats may differ.
 
     Attributes:
         name: Title of the column.
-        folder: Where they lie.
+        folder: Folder with the meshes.
     """
 
     name: str
@@ -131,7 +145,7 @@ class OutputFolder:
         if mesh.face.shape != face.shape or len(mesh.pos) != len(pos):
             raise MeshError(
                 f"Expected {len(pos)} vertices and {face.size(1)} faces, those of the noisy mesh, in '{mesh.path}' "
-                f"(got {len(mesh.pos)} and {mesh.face.size(1)}): write it without merging vertices"
+                f"(got {len(mesh.pos)} and {mesh.face.size(1)}). Write it without merging vertices."
             )
         return Result(mesh.pos, None, None)
 
@@ -140,7 +154,7 @@ class OutputFolder:
         found = next((path for path in paths if path.is_file()), None)
         if found is None:
             raise MeshFileError(
-                f"Expected a mesh called {noisy} in '{self.folder}' (got none ending in {', '.join(SUFFIXES)}): name "
-                "it as the noisy mesh"
+                f"Expected a mesh called '{noisy}' in '{self.folder}' (got none ending in {', '.join(SUFFIXES)}). Name "
+                "it like the noisy mesh."
             )
         return found

@@ -1,22 +1,19 @@
-"""The numbers of a benchmark, a row per method and noisy mesh, and the files that hold them."""
+"""Results of a benchmark, a row per method and noisy mesh, and the files that hold them."""
 
 import csv
-import io
 import json
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
 
 from dnf_pyg.errors import DataError
 from dnf_pyg.io.atomic import write_bytes
 
-__all__ = ["Row", "RowLog", "read_published", "write_csv", "write_json"]
+__all__ = ["Failure", "Row", "RowLog", "read_published", "read_results"]
 
 
 @dataclass(frozen=True)
 class Row:
-    """How one method did on one noisy mesh.
+    """Result of one method on one noisy mesh.
 
     Attributes:
         mesh: Name of the clean mesh.
@@ -26,10 +23,10 @@ class Row:
         parameters: Everything that decided the result besides the meshes.
         data: Digest of the noisy and the clean file.
         num_faces: Faces of the mesh.
-        theta_noisy_deg: The same angle before, degrees.
+        theta_noisy_deg: The same angle for the noisy mesh, degrees.
         theta_normals_deg: The same angle for the normals that the vertices were moved to fit, degrees.
         vertex_error: Mean distance of the vertices from the clean surface, multiples of its mean edge length.
-        seconds: Time that the method took, files not counted.
+        seconds: Time that the method took, without reading and writing files.
     """
 
     mesh: str
@@ -45,11 +42,26 @@ class Row:
     seconds: float | None = None
 
 
+@dataclass(frozen=True)
+class Failure:
+    """A method that gave no result on a mesh.
+
+    Attributes:
+        noisy: Name of the noisy mesh.
+        method: Name of the method.
+        reason: Text of the error.
+    """
+
+    noisy: str
+    method: str
+    reason: str
+
+
 class RowLog:
-    """Finished rows, a line of JSON each, so that a benchmark that was cut off goes on where it stood.
+    """Finished rows, a line of JSON each, from which an interrupted benchmark continues.
 
     Args:
-        path: File to add to; it need not exist. A last line that was cut off counts as not finished.
+        path: File to append to; it need not exist. An incomplete last line is dropped.
 
     Raises:
         DataError: If the file holds something else.
@@ -64,13 +76,13 @@ class RowLog:
         try:
             self.rows = [Row(**json.loads(line)) for line in whole.splitlines()]
         except (ValueError, TypeError) as error:
-            raise DataError(f"Expected finished rows in '{path}' (got {error}): delete it to start afresh") from error
+            raise DataError(f"Expected finished rows in '{path}' (got {error}). Delete it to start afresh.") from error
 
     def find(self, mesh: str, noise: str, method: str, parameters: str, data: str) -> Row | None:
         """The newest row of a method with these parameters on these very files."""
         wanted = (mesh, noise, method, parameters, data)
-        found = (row for row in reversed(self.rows) if _identity(row) == wanted)
-        return next(found, None)
+        newest_first = reversed(self.rows)
+        return next((r for r in newest_first if (r.mesh, r.noise, r.method, r.parameters, r.data) == wanted), None)
 
     def add(self, row: Row) -> None:
         """Write one more row at once."""
@@ -79,17 +91,32 @@ class RowLog:
             file.write(json.dumps(asdict(row)) + "\n")
 
 
-def _identity(row: Row) -> tuple[str, str, str, str, str]:
-    return (row.mesh, row.noise, row.method, row.parameters, row.data)
+def read_results(path: Path) -> tuple[list[Row], str]:
+    """Read ``results.json`` of `dnf-pyg benchmark`.
+
+    Returns:
+        All rows and the name of the test set.
+
+    Raises:
+        DataError: If the file cannot be read or holds something else.
+    """
+    try:
+        content = json.loads(path.read_text())
+        return [Row(**row) for row in content["rows"]], content["data"]
+    except (OSError, ValueError, LookupError, TypeError) as error:
+        raise DataError(
+            f"Expected results.json of `dnf-pyg benchmark` (got '{path}': {error}). Give the file that it wrote."
+        ) from error
 
 
 def read_published(path: Path) -> list[Row]:
-    """Read results of other methods: columns mesh, noise, method, theta_deg, and where there are, setting and more.
+    """Read results of other methods from CSV: columns mesh, noise, method, theta_deg and optionally setting.
 
-    A method with several settings becomes a method per setting. Rows called ``noisy`` are left out.
+    A method with several settings becomes a method per setting. Rows called ``noisy`` are left out, other columns
+    ignored.
 
     Args:
-        path: CSV file; what :func:`write_csv` writes is one.
+        path: CSV file, such as the ``results.csv`` of a benchmark.
 
     Raises:
         DataError: If the file cannot be read, a column is missing or an angle is no number.
@@ -98,12 +125,12 @@ def read_published(path: Path) -> list[Row]:
         with path.open(newline="", encoding="utf-8-sig") as file:
             lines = list(csv.DictReader(file))
     except (OSError, UnicodeDecodeError) as error:
-        raise DataError(f"Expected a CSV file of results (got '{path}': {error}): check the path") from error
+        raise DataError(f"Expected a CSV file of results (got '{path}': {error}). Check the path.") from error
     needed = {"mesh", "noise", "method", "theta_deg"}
     missing = sorted(needed - set(lines[0] if lines else ()))
     if missing:
         raise DataError(
-            f"Expected columns {', '.join(sorted(needed))} in '{path}' (got none called {missing[0]}): add it"
+            f"Expected columns {', '.join(sorted(needed))} in '{path}' (got none called {missing[0]}). Add it."
         )
     rows = []
     for number, line in enumerate(lines, start=2):
@@ -112,27 +139,10 @@ def read_published(path: Path) -> list[Row]:
         try:
             theta = float(line["theta_deg"])
         except (TypeError, ValueError) as error:
-            reason = f"Expected degrees in '{path}', line {number} (got '{line['theta_deg']}')"
-            raise DataError(f"{reason}: write a number, or leave the line out") from error
+            raise DataError(
+                f"Expected degrees in '{path}', line {number} (got '{line['theta_deg']}'). Write a number or leave "
+                "the line out."
+            ) from error
         method = f"{line['method']} {line.get('setting') or ''}".strip()
         rows.append(Row(line["mesh"], line["noise"], method, theta, f"from {path.name}"))
     return rows
-
-
-def write_csv(path: Path, rows: Iterable[Row]) -> None:
-    """Write rows as CSV, a column per field; empty where a method has no such value."""
-    text = io.StringIO()
-    writer = csv.DictWriter(text, [field.name for field in fields(Row)], lineterminator="\n")
-    writer.writeheader()
-    writer.writerows({key: _rounded(value) for key, value in asdict(row).items()} for row in rows)
-    write_bytes(path, text.getvalue().encode())
-
-
-def write_json(path: Path, rows: Sequence[Row], facts: Mapping[str, Any]) -> None:
-    """Write rows and the facts of the run (versions, failures, means) as one JSON object."""
-    content = {**facts, "rows": [{key: _rounded(value) for key, value in asdict(row).items()} for row in rows]}
-    write_bytes(path, (json.dumps(content, indent=1) + "\n").encode())
-
-
-def _rounded(value: Any) -> Any:
-    return round(value, 4) if isinstance(value, float) else value

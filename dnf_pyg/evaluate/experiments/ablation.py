@@ -1,13 +1,14 @@
 """Table 1 of the paper: the network without each of its parts, our figures beside the paper's."""
 
-import csv
-import io
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from dnf_pyg.evaluate.benchmark import Failure, Row, markdown_table, mesh_thetas, new_figure, number, save_figure
-from dnf_pyg.io.atomic import write_bytes
+from dnf_pyg.evaluate.benchmark.means import mesh_thetas
+from dnf_pyg.evaluate.benchmark.plots import plot
+from dnf_pyg.evaluate.benchmark.rows import Failure, Row
+from dnf_pyg.evaluate.benchmark.tables import bold_lowest, csv_table, document, markdown_table, number
+from dnf_pyg.io.atomic import write_files
 
 __all__ = ["CASES", "PAPER_MESHES", "Case", "ablation_rows", "write_ablation"]
 
@@ -24,8 +25,8 @@ class Case:
     """A row of the table.
 
     Attributes:
-        title: As the paper calls it.
-        runs: Names of the runs that train it, the first that is there counts: those of its config.
+        title: Its name in the paper.
+        runs: Names of the runs that train it, those of its configs; the first one found counts.
         paper: Theta in the paper on each of :data:`PAPER_MESHES`, degrees.
     """
 
@@ -48,7 +49,7 @@ def ablation_rows(rows: Sequence[Row]) -> dict[str, dict[str, float | None]]:
     """Theta of each case on each of the paper's meshes, degrees; ``None`` where it was not measured.
 
     Args:
-        rows: Measured rows; ``method`` is a key of :data:`CASES`, meshes are matched whatever their case.
+        rows: Measured rows; ``method`` is a key of :data:`CASES`, names of meshes match in any case.
 
     Example:
         >>> ablation_rows([Row("Cube", "n1", "full", 1.0), Row("Cube", "n2", "full", 2.0)])["full"]["cube"]
@@ -65,62 +66,50 @@ def write_ablation(folder: Path, rows: Sequence[Row], failures: Sequence[Failure
     Args:
         folder: Where they go.
         rows: Measured rows, see :func:`ablation_rows`.
-        failures: What gave no result.
+        failures: Methods that gave no result on a mesh.
         sources: Weights of each case.
 
     Returns:
         The table as markdown.
     """
     table = ablation_rows(rows)
-    lowest = {
-        mesh: min((value for of in table.values() if (value := of[mesh]) is not None), default=None)
-        for mesh in PAPER_MESHES
-    }
+    ours = {mesh: bold_lowest([table[key][mesh] for key in CASES]) for mesh in PAPER_MESHES}
     header = ["case", *(f"{mesh} {whose}" for mesh in PAPER_MESHES for whose in ("ours", "paper"))]
     lines = []
-    for key, case in CASES.items():
-        cells = [case.title]
-        for mesh, paper in zip(PAPER_MESHES, case.paper, strict=True):
-            value = table[key][mesh]
-            cells += [number(value, bold=value is not None and value == lowest[mesh]), number(paper, digits=2)]
-        lines.append(cells)
+    for row, case in enumerate(CASES.values()):
+        cells = ((ours[mesh][row], number(paper, 2)) for mesh, paper in zip(PAPER_MESHES, case.paper, strict=True))
+        lines.append([case.title, *(cell for pair in cells for cell in pair)])
     text = markdown_table(header, lines)
-    parts = ["# Table 1: ablation", _EXPLANATION, text, "## Runs", "\n".join(f"- {k}: {v}" for k, v in sources.items())]
-    if failures:
-        told = "\n".join(f"- {failure.noisy}, {failure.method}: {failure.reason}" for failure in failures)
-        parts += ["## Failures", told]
-    write_bytes(folder / "ablation.md", ("\n\n".join(parts) + "\n").encode())
-    _write_csv(folder / "ablation.csv", table)
+    runs = "\n".join(f"- {key}: {source}" for key, source in sources.items())
+    measured = csv_table(
+        ["case", "mesh", "theta_deg", "paper_theta_deg"],
+        (
+            [key, mesh, table[key][mesh], paper]
+            for key, case in CASES.items()
+            for mesh, paper in zip(PAPER_MESHES, case.paper, strict=True)
+        ),
+    )
+    files = {
+        "ablation.md": document("Table 1: ablation", [_EXPLANATION, text], {"Runs": runs}, failures),
+        "ablation.csv": measured,
+    }
+    write_files({folder / name: content.encode() for name, content in files.items()})
     _draw(folder / "ablation.png", table)
     return text
 
 
-def _write_csv(path: Path, table: Mapping[str, Mapping[str, float | None]]) -> None:
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["case", "mesh", "theta_deg", "paper_theta_deg"])
-    for key, case in CASES.items():
-        for mesh, paper in zip(PAPER_MESHES, case.paper, strict=True):
-            value = table[key][mesh]
-            writer.writerow([key, mesh, "" if value is None else round(value, 4), paper])
-    write_bytes(path, text.getvalue().encode())
-
-
 def _draw(path: Path, table: Mapping[str, Mapping[str, float | None]]) -> None:
-    """A bar for every case and mesh, the paper's figure as a mark across it."""
-    meshes = [mesh for mesh in PAPER_MESHES if any(values[mesh] is not None for values in table.values())]
-    meshes = meshes or list(PAPER_MESHES)
-    figure, axes = new_figure((3 + 1.5 * len(meshes), 4))
+    """Draw a bar for every case and mesh, the paper's figure as a mark across it."""
+    shown = [mesh for mesh in PAPER_MESHES if any(values[mesh] is not None for values in table.values())]
+    meshes = shown or list(PAPER_MESHES)
     width = 0.8 / len(CASES)
-    for row, (key, case) in enumerate(CASES.items()):
-        places = [column + (row - (len(CASES) - 1) / 2) * width for column in range(len(meshes))]
-        axes.bar(places, [table[key][mesh] or 0.0 for mesh in meshes], 0.9 * width, label=case.title, zorder=2)
-        papers = [case.paper[PAPER_MESHES.index(mesh)] for mesh in meshes]
-        label = "the paper" if row == len(CASES) - 1 else ""
-        axes.hlines(
-            papers, [p - width / 2 for p in places], [p + width / 2 for p in places], "black", zorder=3, label=label
-        )
-    axes.set_xticks(range(len(meshes)), meshes)
-    axes.set_ylabel("θ of the mesh (degrees)")
-    figure.legend(loc="outside right upper", fontsize=8)
-    save_figure(figure, path)
+    with plot(path, (3 + 1.5 * len(meshes), 4)) as axes:
+        for row, (key, case) in enumerate(CASES.items()):
+            places = [column + (row - (len(CASES) - 1) / 2) * width for column in range(len(meshes))]
+            axes.bar(places, [table[key][mesh] or 0.0 for mesh in meshes], 0.9 * width, label=case.title, zorder=2)
+            papers = [case.paper[PAPER_MESHES.index(mesh)] for mesh in meshes]
+            label = "the paper" if row == len(CASES) - 1 else ""
+            left, right = ([place + side * width / 2 for place in places] for side in (-1, 1))
+            axes.hlines(papers, left, right, "black", zorder=3, label=label)
+        axes.set_xticks(range(len(meshes)), meshes)
+        axes.set_ylabel("θ of the mesh (degrees)")

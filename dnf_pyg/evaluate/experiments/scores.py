@@ -1,12 +1,13 @@
 """Scores of Eq. 4 of the paper: every method on every mesh, from 0 for the worst to 1 for the best."""
 
-import csv
-import io
 from collections.abc import Sequence
 from pathlib import Path
 
-from dnf_pyg.evaluate.benchmark import Row, complete_methods, draw_plots, markdown_table, mesh_thetas, number, scores
-from dnf_pyg.io.atomic import write_bytes
+from dnf_pyg.evaluate.benchmark.means import complete_methods, mesh_thetas, names, scores
+from dnf_pyg.evaluate.benchmark.plots import draw_scores
+from dnf_pyg.evaluate.benchmark.rows import Row
+from dnf_pyg.evaluate.benchmark.tables import csv_table, document, markdown_table, number
+from dnf_pyg.io.atomic import write_files
 
 __all__ = ["write_scores"]
 
@@ -26,20 +27,16 @@ def write_scores(folder: Path, rows: Sequence[Row]) -> str:
     Returns:
         The table as markdown.
     """
-    methods = complete_methods(rows)
-    thetas = {method: of for method, of in mesh_thetas(rows).items() if method in methods}
-    score = scores(thetas)
-    meshes = list(dict.fromkeys(row.mesh for row in rows))
-    lines = [
-        [mesh, *(number(score[method][mesh], bold=score[method][mesh] == 1) for method in methods)] for mesh in meshes
-    ]
-    mean = [number(sum(score[method].values()) / len(meshes)) for method in methods]
-    text = markdown_table(["mesh", *methods], [*lines, ["mean", *mean]])
-    write_bytes(folder / "scores.md", f"# Scores of Eq. 4\n\n{_EXPLANATION}\n\n{text}\n".encode())
-    table = io.StringIO()
-    writer = csv.writer(table, lineterminator="\n")
-    writer.writerow(["mesh", "method", "theta_deg", "score"])
-    writer.writerows([m, n, round(thetas[n][m], 4), round(score[n][m], 4)] for m in meshes for n in methods)
-    write_bytes(folder / "scores.csv", table.getvalue().encode())
-    draw_plots(folder, rows, ["scores.png"])
+    meshes, thetas = names(rows, "mesh"), mesh_thetas(rows)
+    score = scores({method: thetas[method] for method in complete_methods(rows)})
+    lines = [[mesh, *(number(of[mesh], bold=of[mesh] == 1) for of in score.values())] for mesh in meshes]
+    mean = [number(sum(of.values()) / len(meshes)) for of in score.values()]
+    text = markdown_table(["mesh", *score], [*lines, ["mean", *mean]])
+    table = csv_table(
+        ["mesh", "method", "theta_deg", "score"],
+        ([mesh, method, thetas[method][mesh], score[method][mesh]] for mesh in meshes for method in score),
+    )
+    files = {"scores.md": document("Scores of Eq. 4", [_EXPLANATION, text], {}), "scores.csv": table}
+    write_files({folder / name: content.encode() for name, content in files.items()})
+    draw_scores(folder / "scores.png", rows)
     return text

@@ -25,7 +25,7 @@ class Input:
 
     Attributes:
         mesh: Name of the mesh that it comes from.
-        setting: What sets it apart within the series.
+        setting: Setting of the series that it was made with.
         noisy: File of the noisy mesh.
         clean: File of the clean one with the same faces.
     """
@@ -42,11 +42,11 @@ class Series:
 
     Attributes:
         title: Heading.
-        axis: What the settings are.
+        axis: Name of the quantity that the settings vary.
         settings: Settings in order.
-        explanation: What was done, for the reader of the table.
-        change: Clean positions and faces of a mesh at a setting.
-        noise: Noise and its level, multiples of the mean edge length, at a setting.
+        explanation: Text above the table that describes how the meshes were made.
+        change: Function that gives the clean positions and faces of a mesh at a setting.
+        noise: Function that gives the noise and its level, multiples of the mean edge length, at a setting.
     """
 
     title: str
@@ -57,11 +57,11 @@ class Series:
     noise: Callable[[str], tuple[Noise, float]]
 
     def prepare(self, clean: Sequence[Path], settings: Sequence[str], folder: Path) -> list[Input]:
-        """Write the meshes of the series that are not there yet; all random numbers follow from their names.
+        """Write the meshes of the series that do not exist yet, with random numbers seeded by their names.
 
         Args:
             clean: Clean meshes.
-            settings: Those of :attr:`settings` that are wanted.
+            settings: Settings to use, some of :attr:`settings`.
             folder: Where the meshes go.
 
         Raises:
@@ -71,7 +71,7 @@ class Series:
         unknown = [setting for setting in settings if setting not in self.settings]
         if unknown:
             raise DataError(
-                f"Expected settings from {', '.join(self.settings)} (got '{unknown[0]}'): choose some of these"
+                f"Expected 'settings' from {', '.join(self.settings)} (got '{unknown[0]}'). Choose some of these."
             )
         folder.mkdir(parents=True, exist_ok=True)
         return [self._input(path, setting, folder) for path in clean for setting in settings]
@@ -91,7 +91,7 @@ class Series:
 
 
 def split_faces(pos: Tensor, face: Tensor, share: float, generator: Generator | None = None) -> tuple[Tensor, Tensor]:
-    """Split a random share of the faces in three at a random point: same surface, slivers and uneven vertex degrees.
+    """Split random faces in three at a random point: the surface stays, slivers and uneven vertex degrees appear.
 
     Args:
         pos: Vertex positions, (V, 3).
@@ -122,8 +122,8 @@ def _decimated(pos: Tensor, face: Tensor, setting: str, generator: Generator) ->
         coarse = mesh.simplify_quadric_decimation(face_count=max(4, face.size(1) // int(setting)))
     except ImportError as error:
         raise DataError(
-            "Expected the package fast-simplification for quadric decimation (got none installed): "
-            "pip install 'dnf-pyg[experiments]'"
+            "Expected the package fast-simplification for quadric decimation (got none installed). "
+            "Run pip install 'dnf-pyg[experiments]'."
         ) from error
     return torch.tensor(coarse.vertices, dtype=pos.dtype), torch.tensor(coarse.faces).t().contiguous().long()
 

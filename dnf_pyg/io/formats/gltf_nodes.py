@@ -4,9 +4,11 @@ from typing import Any
 
 import numpy as np
 
-from dnf_pyg.io.formats.document import Floats
+from dnf_pyg.io.formats.document import Floats, UnsupportedError
 
 __all__ = ["apply_transform", "mesh_transforms"]
+
+_DEPTH = 1000  # nodes in each other; the time of trimesh grows with its square
 
 
 def mesh_transforms(tree: dict[str, Any]) -> dict[int, Floats]:
@@ -22,25 +24,28 @@ def mesh_transforms(tree: dict[str, Any]) -> dict[int, Floats]:
     nodes, scenes = tree.get("nodes", []), tree.get("scenes", [])
     children = {child for node in nodes for child in node.get("children", [])}
     roots = scenes[tree.get("scene", 0)].get("nodes", []) if scenes else sorted(set(range(len(nodes))) - children)
-    stack = [(root, np.eye(4)) for root in reversed(roots)]
+    stack = [(root, np.eye(4), 0) for root in reversed(roots)]
     visited: set[int] = set()
     transforms: dict[int, Floats] = {}
     while stack:
-        number, parent = stack.pop()
+        number, parent, depth = stack.pop()
         if number in visited:
             continue
         visited.add(number)
+        if depth > _DEPTH:
+            raise UnsupportedError(f"its nodes lie more than {_DEPTH} deep in each other", "Flatten its scene.")
         node = nodes[number]
         transform = parent @ _node_matrix(node)
         if "mesh" in node and "skin" not in node and _is_invertible(transform):
             transforms.setdefault(node["mesh"], transform)
-        stack += [(child, transform) for child in reversed(node.get("children", []))]
+        stack += [(child, transform, depth + 1) for child in reversed(node.get("children", []))]
     return transforms
 
 
 def apply_transform(transform: Floats, pos: Floats) -> Floats:
     """Positions (V, 3) seen through a transform (4, 4)."""
-    return pos @ transform[:3, :3].T + transform[:3, 3]
+    with np.errstate(invalid="ignore"):  # vertices without a position
+        return pos @ transform[:3, :3].T + transform[:3, 3]
 
 
 def _is_invertible(transform: Floats) -> bool:

@@ -80,7 +80,7 @@ def test_failures_are_told_and_tried_again(test_set, tmp_path, scaled):
 def test_meshes_with_other_faces_than_the_clean_one(test_set, tmp_path, scaled):
     (test_set / "noisy" / "ball_n1.obj").write_bytes((test_set / "noisy" / "box_n1.obj").read_bytes())
     _, failures = run_benchmark(pair_meshes(test_set)[:1], [scaled("a")], RowLog(tmp_path / "log"))
-    assert "with the same faces" in failures[0].reason
+    assert "Expected a noisy mesh with the" in failures[0].reason
 
 
 def test_a_result_that_is_not_finite_is_a_failure(test_set, tmp_path, scaled):
@@ -88,16 +88,25 @@ def test_a_result_that_is_not_finite_is_a_failure(test_set, tmp_path, scaled):
     assert "finite" in failures[0].reason
 
 
-def test_results_are_delivered_and_computed_again_where_that_is_gone(test_set, tmp_path, scaled):
-    pairs, log, seen = pair_meshes(test_set), tmp_path / "log", []
+class Seen:
+    """A store that has all meshes but those of the given name."""
 
-    def deliver(noisy, method, result):
-        seen.append((noisy.path.stem, method.name, len(result.pos)))
+    def __init__(self, lost=None):
+        self.lost, self.written = lost, []
 
-    run_benchmark(pairs, [scaled("a")], RowLog(log), deliver=deliver)
-    assert seen == [("ball_n1", "a", 162), ("ball_n2", "a", 162), ("box_n1", "a", 26), ("box_n2", "a", 26)]
+    def has(self, noisy, method):
+        return noisy != self.lost
+
+    def write(self, noisy, method, result):
+        self.written.append((noisy.path.stem, method.name, len(result.pos)))
+
+
+def test_results_are_stored_and_computed_again_where_the_store_lost_them(test_set, tmp_path, scaled):
+    pairs, log, store = pair_meshes(test_set), tmp_path / "log", Seen()
+    run_benchmark(pairs, [scaled("a")], RowLog(log), store=store)
+    assert store.written == [("ball_n1", "a", 162), ("ball_n2", "a", 162), ("box_n1", "a", 26), ("box_n2", "a", 26)]
     again = scaled("a")
-    run_benchmark(pairs, [again], RowLog(log), delivered=lambda noisy, method: noisy != "box_n1")
+    run_benchmark(pairs, [again], RowLog(log), store=Seen(lost="box_n1"))
     assert again.calls == ["box_n1"]
 
 

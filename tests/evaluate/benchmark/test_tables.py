@@ -1,49 +1,24 @@
-from dnf_pyg.evaluate.benchmark import Failure, Row, markdown
-
-ROWS = [
-    Row("a", "n1", "net", 1.0, "net()", "", 8, 10.0, 1.5, 0.25, 2.0),
-    Row("a", "n2", "net", 2.0, "net()", "", 8, 20.0, 2.5, 0.75, 4.0),
-    Row("b", "n1", "net", 6.0, "net()", "", 9, 12.0, 6.5, 0.5, 3.0),
-    Row("a", "n1", "peer", 0.5, "from peers.csv"),
-    Row("a", "n2", "peer", 1.5, "from peers.csv"),
-]
+from dnf_pyg.evaluate.benchmark.rows import Failure
+from dnf_pyg.evaluate.benchmark.tables import bold_lowest, csv_table, document, markdown_table, number
 
 
-def lines_of(section, text):
-    return text.split(f"## {section}\n\n")[1].split("\n\n")[0].splitlines()
+def test_cells():
+    assert [number(1.23456), number(1.5, digits=1, bold=True), number(None)] == ["1.235", "**1.5**", ""]
+    assert bold_lowest([1.0, None, 1.0, 3.0]) == ["**1.000**", "", "**1.000**", "3.000"]
+    assert bold_lowest([None]) == [""]
 
 
-def test_summary():
-    lines = lines_of("Summary", markdown("Test", ROWS, num_threads=3))
-    assert lines[2] == "| noisy | 11.000 | 20.000 | 14.000 |  |  |  |  |  |"
-    # the peer lacks mesh b: its mean is over two, it can score but not be the best of all
-    assert lines[3] == "| net | 3.500 | 2.000 | **3.000** | 3.500 | 0.5000 | 3.00 | 0.500 | 1 |"
-    assert lines[4] == "| peer | 0.500 | 1.500 | 1.000 (2) |  |  |  | 1.000 | 1 |"
-    assert "on 3 thread(s)" in markdown("Test", ROWS, num_threads=3)
+def test_bars_in_names_do_not_split_cells():
+    assert markdown_table(["mesh", "a|b"], [["x|y", "1"]]).splitlines() == [
+        r"| mesh | a\|b |", "| --- | ---: |", r"| x\|y | 1 |",
+    ]  # fmt: skip
 
 
-def test_theta_by_mesh_and_by_noisy_mesh():
-    text = markdown("Test", ROWS)
-    assert lines_of("θ, mean of the noise levels", text)[2:] == [
-        "| a | 15.000 | 1.500 | **1.000** |",
-        "| b | 12.000 | **6.000** |  |",
-    ]
-    assert lines_of("θ", text)[3] == "| a | n2 | 20.000 | 2.000 | **1.500** |"
-    assert lines_of("θ", text)[4] == "| b | n1 | 12.000 | **6.000** |  |"
+def test_csv_rounds_and_quotes():
+    assert csv_table(["mesh", "theta"], [["a,b", 1.23456], ["c", None]]) == 'mesh,theta\n"a,b",1.2346\nc,\n'
 
 
-def test_details_and_methods():
-    text = markdown("Test", ROWS)
-    assert lines_of("Details", text)[2] == "| a | n1 | 8 | net | 10.000 | 1.500 | 1.000 | 0.2500 | 2.00 |"
-    assert len(lines_of("Details", text)) == 5  # own rows only
-    assert lines_of("Methods", text) == ["- net: net()", "- peer: from peers.csv"]
-
-
-def test_failures_come_last():
-    text = markdown("Test", ROWS, [Failure("b_n1", "peer", "no such file")])
-    assert text.endswith("## Failures\n\n- b_n1, peer: no such file\n")
-    assert "Failures" not in markdown("Test", ROWS)
-
-
-def test_nothing_but_failures():
-    assert "- b_n1, peer: bad" in markdown("Test", [], [Failure("b_n1", "peer", "bad")])
+def test_document():
+    text = document("Title", ["First.", "Second."], {"Part": "Text."}, [Failure("a_n1", "x", "bad")])
+    assert text == "# Title\n\nFirst.\n\nSecond.\n\n## Part\n\nText.\n\n## Failures\n\n- a_n1, x: bad\n"
+    assert document("Title", [], {}) == "# Title\n"

@@ -67,5 +67,5 @@ def test_meshes_repeat_and_are_made_again_when_their_source_changes(ball, tmp_pa
 
 
 def test_unknown_setting(ball, tmp_path):
-    with pytest.raises(DataError, match=r"from 0, 0.25, 0.5, 1 \(got '2'\)"):
+    with pytest.raises(DataError, match=r"from 0, 0.25, 0.5, 1 \(got '2'\)\. Choose"):
         SERIES["triangulation"].prepare([ball], ["2"], tmp_path)

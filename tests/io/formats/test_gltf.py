@@ -197,10 +197,13 @@ def test_descriptions_that_ask_for_too_much(tmp_path, kind, text):
 
 def test_deep_and_circular_trees(tmp_path):
     tree = json.loads(make_gltf())
-    tree["nodes"] = [{"children": [number + 1]} for number in range(5000)] + [{"children": [0], "mesh": 0}]
+    tree["nodes"] = [{"children": [number + 1]} for number in range(900)] + [{"children": [0], "mesh": 0}]
     document = GltfDocument(json.dumps(tree).encode(), tmp_path)
     np.testing.assert_allclose(document.pos, SQUARE, atol=1e-6)
     tree["extras"] = json.loads("[" * 300 + "]" * 300)
     document = GltfDocument(json.dumps(tree).encode(), tmp_path)
     again = GltfDocument(document.with_positions(document.pos + 1), tmp_path)
     np.testing.assert_allclose(again.pos, SQUARE + 1, atol=1e-6)
+    tree["nodes"] = [{"children": [number + 1]} for number in range(2000)] + [{"mesh": 0}]
+    with pytest.raises(ValueError, match="more than 1000 deep"):
+        GltfDocument(json.dumps(tree).encode(), tmp_path)

@@ -1,6 +1,7 @@
 import pytest
 
-from dnf_pyg.evaluate.benchmark import Row, complete_methods, mesh_thetas, scores, summarize
+from dnf_pyg.evaluate.benchmark.means import complete_methods, means, mesh_thetas, noisy_rows, scores, summarize
+from dnf_pyg.evaluate.benchmark.rows import Row
 
 
 def row(mesh, noise, method, theta, **other):
@@ -27,6 +28,19 @@ def test_score_is_eq_4_of_the_paper():
 
 def test_a_mesh_with_a_missing_level_has_no_mean():
     assert mesh_thetas([*ROWS, row("b", "n2", "x", 1.0)])["y"] == {"a": 5.0}
+
+
+def test_means_over_rows_that_agree_in_some_fields():
+    assert means(ROWS, "theta_deg", "method") == {("x",): 2.5, ("y",): 4.75, ("z",): 2.5}
+    assert means(ROWS, "theta_deg", "mesh", "noise")["a", "n1"] == pytest.approx((1 + 5 + 2.5) / 3)
+    assert means([row("a", "n1", "x", 1.0), row("a", "n1", "y", 1.0, seconds=3.0)], "seconds", "mesh") == {("a",): 3.0}
+    assert means(ROWS[:3], "theta_deg") == {(): 2.0}
+    assert means(ROWS, "seconds") == {}
+
+
+def test_noisy_meshes_as_rows():
+    measured = [row("a", "n1", method, 1.0, theta_noisy_deg=9.0) for method in ("x", "y")]
+    assert noisy_rows([*measured, row("b", "n1", "y", 1.0)]) == [row("a", "n1", "noisy", 9.0)]
 
 
 def test_complete_methods_have_every_noisy_mesh():
