@@ -47,7 +47,7 @@ def test_config_fits(path, cnr_folder, tmp_path, monkeypatch):
     cache = tmp_path / "cache"
     if config["class_path"].endswith("JointDataModule"):
         options = {
-            f"parts.{name}.data.init_args.{key}": value
+            f"parts.{name}.init_args.{key}": value
             for name in config["init_args"]["parts"]
             for key, value in {**small, "root": cnr_folder, "cache": cache}.items()
         }
