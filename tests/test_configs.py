@@ -6,6 +6,7 @@ import pytest
 import trimesh
 import yaml
 
+import dnf_pyg.nn
 from dnf_pyg.cli import main
 from dnf_pyg.datamodules import GeneratedDataModule
 from dnf_pyg.datamodules.options import LoaderOptions
@@ -31,7 +32,8 @@ def small_inputs(path, tmp_path):
     if "initial_weights" in content["model"]:
         words = (word.removeprefix("--model.net.").split("=") for word in SMALL_NET)
         small = {name: yaml.safe_load(value) for name, value in words}
-        DNFNet(**{**content["model"]["net"]["init_args"], **small}).save_pretrained(tmp_path / "initial")
+        net = getattr(dnf_pyg.nn, content["model"]["net"]["class_path"].rsplit(".", 1)[1])
+        net(**{**content["model"]["net"]["init_args"], **small}).save_pretrained(tmp_path / "initial")
         content["model"]["initial_weights"] = "initial"
     target = tmp_path / path.name
     target.write_text(yaml.safe_dump(content))

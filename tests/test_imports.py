@@ -57,3 +57,9 @@ def test_imports_point_one_way(path):
 
 def test_every_unit_has_a_rule():
     assert {unit_of(path) for path in FILES} == set(ALLOWED) | TOP
+
+
+@pytest.mark.parametrize(("lower", "higher"), [("baselines", "benchmark"), ("benchmark", "experiments")])
+def test_evaluation_builds_on_what_lies_below(lower, higher):
+    for path in (ROOT / "dnf_pyg" / "evaluate" / lower).rglob("*.py"):
+        assert not any(module.startswith(f"dnf_pyg.evaluate.{higher}") for module in imported_modules(path)), path

@@ -32,7 +32,7 @@ class PatchDataset(MeshDataset):
             features = FaceFeatures.from_mesh(pos, face)
         else:
             features = FaceFeatures(*(torch.from_numpy(entry[name][face_id]) for name in FaceFeatures._fields))
-        neighbor = torch.from_numpy(entry["nearest"][row, :size, :size].astype(np.int64))
+        neighbor = torch.from_numpy(entry["nearest"][row, :size, :size].copy())
         distance = torch.from_numpy(entry["distance"][row, :size].copy())
         clean_normal = torch.from_numpy(entry["clean_normal"][face_id])
         rows = torch.arange(size, device="cpu")

@@ -12,7 +12,7 @@ import trimesh
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from dnf_pyg.errors import MeshFileWarning
+from dnf_pyg.errors import MeshFileWarning, OutputError
 from dnf_pyg.io.copies import Copies, warn_left_out
 from dnf_pyg.io.folder import CompanionError, find_beside
 from dnf_pyg.io.formats import DAMAGE, Document, GlbDocument, GltfDocument, OffDocument, StlDocument
@@ -74,9 +74,15 @@ def _export_obj(mesh: trimesh.Trimesh, copies: Copies) -> bytes:
     text, beside = trimesh.exchange.obj.export_obj(mesh, return_texture=True, mtl_name=library)
     if library not in beside:
         return text.encode()
-    given = {name: copies.add(name, data) for name, data in beside.items() if name != library}
-    materials = place_pictures(beside[library], copies.target.parent, PurePosixPath(), lambda name: given[name])
-    return text.replace(f"mtllib {library}\n", f"mtllib {copies.add(library, materials)}\n", 1).encode()
+    try:
+        given = {name: copies.add(name, data) for name, data in beside.items() if name != library}
+        materials = place_pictures(beside[library], copies.target.parent, PurePosixPath(), lambda name: given[name])
+        return text.replace(f"mtllib {library}\n", f"mtllib {copies.add(library, materials)}\n", 1).encode()
+    except CompanionError as error:
+        raise OutputError(
+            f"Expected a free name for the material beside '{copies.target}' (got the reason: {error}). "
+            "Write to another folder."
+        ) from error
 
 
 def _as_trimesh(document: Document, source: Path, pos: Floats) -> trimesh.Trimesh:

@@ -84,8 +84,10 @@ def estimate_noise(pos: Tensor, face: Tensor) -> NoiseEstimate:
     centred = ((pos - pos[used].mean(dim=0)) / unit).numpy()
     walk = lazy_walk(face, len(pos))
     high, middle = _responses(walk, centred, _smooth(walk, vertex_normals(pos, face).numpy()), used)
-    coarse = middle > _COARSE or len(used) < _FEW
-    flatness = _flatness(centred, face.numpy(), _QUANTILE if coarse else 0.5)
+    flatness = _flatness(centred, face.numpy(), _QUANTILE)
+    coarse = (middle > _COARSE and flatness < high / 2) or len(used) < _FEW
+    if not coarse:
+        flatness = _flatness(centred, face.numpy(), 0.5)  # the rounded depths of a scan leave many pairs flat
     if high == 0 or flatness == 0:
         return NoiseEstimate(0.0, 0.0)
     flat = flatness / high

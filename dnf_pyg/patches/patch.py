@@ -164,8 +164,12 @@ def patch_to_data(patch: Patch, features: FaceFeatures, clean_normal: Tensor | N
         (3, [[0, 1, 1, 0], [0, 0, 1, 1]], [0, 1, 0, 1])
     """
     num_faces, k = patch.neighbor.shape
-    edge_index = torch.stack([patch.neighbor.flatten().long(), torch.arange(num_faces).repeat_interleave(k)])
-    rank = torch.arange(k).repeat(num_faces)
+    device = patch.neighbor.device
+    edge_index = torch.empty(2, num_faces, k, dtype=torch.long, device=device)
+    edge_index[0] = patch.neighbor
+    edge_index[1] = torch.arange(num_faces, device=device).unsqueeze(1)
+    edge_index = edge_index.flatten(1)
+    rank = torch.arange(k, device=device).expand(num_faces, k).flatten()
     if bool((patch.neighbor[:, -1] < 0).any()):
         known = edge_index[0] >= 0
         edge_index, rank = edge_index[:, known], rank[known]
@@ -178,7 +182,7 @@ def patch_to_data(patch: Patch, features: FaceFeatures, clean_normal: Tensor | N
         edge_attr=rank,
         face_id=patch.face_id,
         distance=patch.distance,
-        seed_index=torch.zeros(1, dtype=torch.long),
+        seed_index=torch.zeros(1, dtype=torch.long, device=device),
     )
     if clean_normal is not None:
         data.y = clean_normal[patch.face_id].float()

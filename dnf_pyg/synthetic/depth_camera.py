@@ -137,7 +137,7 @@ class KinectV1(DepthCamera):
     """
 
     def __init__(self, distance: float = 1.0, size: float = 0.5) -> None:
-        super().__init__(distance, size, focal=585.5, parts=((0.0, 0.08), (1.6, 0.62), (8.3, 0.3)))
+        super().__init__(distance, size, focal=585.5, parts=((0.0, 0.04), (1.5, 0.66), (8.3, 0.3)))
 
     def depth_error(self, depth: Tensor, slant: Tensor) -> Tensor:
         """Compute the axial noise of Nguyen et al."""

@@ -87,7 +87,9 @@ def test_shapes_repeat_for_a_seed():
     assert torch.equal(face, face_again)
 
 
-@pytest.mark.parametrize("name", ["blob", "bracket", "knot", "lens", "limbs", "nut", "simple"])
+@pytest.mark.parametrize(
+    "name", ["blob", "bracket", "coarse", "knot", "lens", "limbs", "nut", "relief", "simple", "thin"]
+)
 def test_shapes_are_valid(name):
     pos, face = SHAPES[name](generator(1), 1200)
     assert 500 < face.size(1) < 4000
@@ -97,3 +99,13 @@ def test_shapes_are_valid(name):
     assert mesh.is_winding_consistent
     assert adjacency.boundary_vertices(face, pos.size(0)).any() or (mesh.is_watertight and mesh.volume > 0)
     assert geometry.face_areas(pos, face).min() > 0
+
+
+def test_relief_has_waves_of_a_few_edges():
+    waves = []
+    for seed in range(3):
+        pos, face = SHAPES["relief"](generator(seed), 900)
+        angle = trimesh.Trimesh(pos, face.t(), process=False).face_adjacency_angles
+        waves.append(float(torch.rad2deg(torch.tensor(angle)).median()))
+    assert min(waves) > 3  # everywhere, unlike the flat and smooth sides of the solid below
+    assert max(waves) < 60

@@ -2,14 +2,21 @@
 
 from dataclasses import dataclass
 
+import numpy as np
 import torch
+from numba import njit
+from numpy.typing import NDArray
 from torch import Tensor
 
 from dnf_pyg.evaluate.baselines.filtered import FilteredMesh
-from dnf_pyg.mesh import edge_adjacent, face_areas, face_centroids, filled_face_normals, one_ring, validate_mesh
+from dnf_pyg.mesh import Topology, edge_adjacent, face_areas, face_centroids, filled_face_normals, validate_mesh
 from dnf_pyg.mesh.vertex_update import update_vertices
 
 __all__ = ["BilateralNormalFilter", "average_normals", "mean_centroid_distance", "spatial_weights"]
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Shorts = NDArray[np.int32]
 
 
 @dataclass(frozen=True)
@@ -52,37 +59,67 @@ class BilateralNormalFilter:
     def __call__(self, pos: Tensor, face: Tensor) -> FilteredMesh:
         """Denoise vertex positions (V, 3) of a mesh with faces (3, F)."""
         validate_mesh(pos, face)
-        edge_index = one_ring(face, pos.size(0))
-        normal = filled_face_normals(pos.double(), face)
-        centroid, area = face_centroids(pos.double(), face), face_areas(pos.double(), face)
-        weight = spatial_weights(edge_index, centroid, area, mean_centroid_distance(centroid, edge_adjacent(face)))
+        topology = Topology(face, pos.size(0))
+        normal = filled_face_normals(pos.double(), face).numpy()
+        centroid = face_centroids(pos.double(), face).numpy()
+        area = face_areas(pos.double(), face).numpy()
+        sigma = mean_centroid_distance(centroid, edge_adjacent(face).numpy())
+        weight = spatial_weights(*topology.one_ring, centroid, area, sigma)
         for _ in range(self.num_iterations):
-            normal = average_normals(edge_index, weight, normal, normal, self.sigma_range)
-        normal = normal.to(pos.dtype)
-        return FilteredMesh(update_vertices(pos, face, normal, self.num_vertex_iterations), normal)
+            normal = average_normals(*topology.one_ring, weight, normal, normal, self.sigma_range)
+        filtered = torch.from_numpy(normal).to(pos.dtype)
+        moved = update_vertices(pos, face, filtered, self.num_vertex_iterations, topology=topology)
+        return FilteredMesh(moved, filtered)
 
 
-def mean_centroid_distance(centroid: Tensor, adjacent: Tensor) -> float:
+def mean_centroid_distance(centroid: Floats, adjacent: Ints) -> float:
     """Mean distance of the centroids (F, 3) of faces that share an edge, pairs (2, E); 1 if there is none."""
-    distance = (centroid[adjacent[0]] - centroid[adjacent[1]]).norm(dim=-1)
+    distance = np.linalg.norm(centroid[adjacent[0]] - centroid[adjacent[1]], axis=-1)
     return float(distance.mean()) or 1.0 if len(distance) else 1.0
 
 
-def spatial_weights(edge_index: Tensor, centroid: Tensor, area: Tensor, sigma: float) -> Tensor:
-    """Area of each neighbour times a Gaussian of its distance, (E,)."""
-    neighbor, center = edge_index
-    square = (centroid[center] - centroid[neighbor]).square().sum(dim=-1)
-    return area[neighbor] * torch.exp(-square / (2 * sigma * sigma))
+@njit(cache=True, nogil=True)
+def spatial_weights(ptr: Ints, neighbor: Shorts, centroid: Floats, area: Floats, sigma: float) -> Floats:
+    """Area of each neighbour times a Gaussian of its distance, in the order of ``neighbor``."""
+    weight = np.empty(len(neighbor))
+    for i in range(len(ptr) - 1):
+        for entry in range(ptr[i], ptr[i + 1]):
+            j = neighbor[entry]
+            weight[entry] = area[j] * np.exp(-square_distance(centroid, i, j) / (2 * sigma * sigma))
+    return weight
 
 
-def average_normals(edge_index: Tensor, weight: Tensor, normal: Tensor, guide: Tensor, sigma: float) -> Tensor:
-    """Mean of the neighbours' normals (F, 3), weighted by ``weight`` (E,) and a Gaussian of the guides' difference.
+@njit(cache=True, nogil=True)
+def average_normals(ptr: Ints, neighbor: Shorts, weight: Floats, normal: Floats, guide: Floats, sigma: float) -> Floats:
+    """Mean of the neighbours' normals, weighted by ``weight`` and a Gaussian of the difference of the guides.
 
     A face whose weighted sum is zero keeps its normal.
     """
-    neighbor, center = edge_index
-    square = (guide[center] - guide[neighbor]).square().sum(dim=-1)
-    share = weight * torch.exp(-square / (2 * sigma * sigma))
-    total = torch.zeros_like(normal).index_add_(0, center, share.unsqueeze(-1) * normal[neighbor])
-    length = total.norm(dim=-1, keepdim=True)
-    return torch.where(length > 0, total / length, normal)
+    filtered = np.empty_like(normal)
+    for i in range(len(ptr) - 1):
+        x = y = z = 0.0
+        for entry in range(ptr[i], ptr[i + 1]):
+            j = neighbor[entry]
+            share = weight[entry] * np.exp(-square_distance(guide, i, j) / (2 * sigma * sigma))
+            x += share * normal[j, 0]
+            y += share * normal[j, 1]
+            z += share * normal[j, 2]
+        set_unit(filtered, i, x, y, z, normal)
+    return filtered
+
+
+@njit(cache=True, nogil=True)
+def square_distance(vector: Floats, i: int, j: int) -> float:
+    """Squared distance of two rows."""
+    x, y, z = vector[i, 0] - vector[j, 0], vector[i, 1] - vector[j, 1], vector[i, 2] - vector[j, 2]
+    return x * x + y * y + z * z
+
+
+@njit(cache=True, nogil=True)
+def set_unit(out: Floats, i: int, x: float, y: float, z: float, otherwise: Floats) -> None:
+    """Set a row to the direction of a vector, or to the row of ``otherwise`` where the vector is zero."""
+    length = np.sqrt(x * x + y * y + z * z)
+    if length > 0:
+        out[i, 0], out[i, 1], out[i, 2] = x / length, y / length, z / length
+    else:
+        out[i] = otherwise[i]

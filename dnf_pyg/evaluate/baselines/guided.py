@@ -5,19 +5,23 @@ from dataclasses import dataclass
 import numpy as np
 import torch
 from numba import njit
-from numpy.typing import NDArray
 from torch import Tensor
 
-from dnf_pyg.evaluate.baselines.bilateral import average_normals, mean_centroid_distance, spatial_weights
+from dnf_pyg.evaluate.baselines.bilateral import (
+    Floats,
+    Ints,
+    Shorts,
+    average_normals,
+    mean_centroid_distance,
+    set_unit,
+    spatial_weights,
+    square_distance,
+)
 from dnf_pyg.evaluate.baselines.filtered import FilteredMesh
 from dnf_pyg.mesh import Topology, edge_adjacent, face_areas, face_centroids, filled_face_normals, validate_mesh
 from dnf_pyg.mesh.vertex_update import update_vertices
 
 __all__ = ["GuidedNormalFilter"]
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
-Shorts = NDArray[np.int32]
 
 
 @dataclass(frozen=True)
@@ -73,22 +77,18 @@ class GuidedNormalFilter:
         """Denoise vertex positions (V, 3) of a mesh with faces (3, F)."""
         validate_mesh(pos, face)
         topology = Topology(face, pos.size(0))
-        ring = topology.one_ring
-        adjacent = edge_adjacent(face)
-        edge_ptr = torch.searchsorted(adjacent[1].contiguous(), torch.arange(face.size(1) + 1))
-        across = edge_ptr.numpy(), adjacent[0].int().numpy()
+        adjacent = edge_adjacent(face).numpy()
+        across = np.searchsorted(adjacent[1], np.arange(face.size(1) + 1)), adjacent[0].astype(np.int32)
         moved = pos.double()
-        centroid = face_centroids(moved, face)
-        ptr, near = _faces_within(*ring, centroid.numpy(), self.radius * mean_centroid_distance(centroid, adjacent))
-        center = torch.arange(face.size(1)).repeat_interleave(torch.from_numpy(ptr).diff())
-        edge_index = torch.stack([torch.from_numpy(near).long(), center])
+        centroid = face_centroids(moved, face).numpy()
+        near = _faces_within(*topology.one_ring, centroid, self.radius * mean_centroid_distance(centroid, adjacent))
         filtered = filled_face_normals(moved, face)
         for _ in range(self.num_iterations):
-            normal, area = filled_face_normals(moved, face), face_areas(moved, face)
-            centroid = face_centroids(moved, face)
-            guide = torch.from_numpy(_guides(*ring, *across, normal.numpy(), area.numpy()))
-            weight = spatial_weights(edge_index, centroid, area, mean_centroid_distance(centroid, adjacent))
-            filtered = average_normals(edge_index, weight, normal, guide, self.sigma_range)
+            normal, area = filled_face_normals(moved, face).numpy(), face_areas(moved, face).numpy()
+            centroid = face_centroids(moved, face).numpy()
+            guide = _guides(*topology.one_ring, *across, normal, area)
+            weight = spatial_weights(*near, centroid, area, mean_centroid_distance(centroid, adjacent))
+            filtered = torch.from_numpy(average_normals(*near, weight, normal, guide, self.sigma_range))
             moved = update_vertices(moved, face, filtered, self.num_vertex_iterations, topology=topology)
         return FilteredMesh(moved.to(pos.dtype), filtered.to(pos.dtype))
 
@@ -107,7 +107,7 @@ def _faces_within(ptr: Ints, neighbor: Shorts, centroid: Floats, reach: float) -
             for j in neighbor[ptr[found[at]] : ptr[found[at] + 1]]:
                 if seen[j] != i:
                     seen[j] = i
-                    if _square(centroid, i, j) <= reach * reach:
+                    if square_distance(centroid, i, j) <= reach * reach:
                         found.append(j)
             at += 1
         limits[i + 1] = len(found)
@@ -146,23 +146,12 @@ def _patches(
             y += area[j] * normal[j, 1]
             z += area[j] * normal[j, 2]
             for b in range(a):
-                span = max(span, _square(normal, j, patch[b]))
+                span = max(span, square_distance(normal, j, patch[b]))
             for entry in range(edge_ptr[j], edge_ptr[j + 1]):
                 if across[entry] < j and inside[across[entry]] == i:
-                    difference = np.sqrt(_square(normal, j, across[entry]))
+                    difference = np.sqrt(square_distance(normal, j, across[entry]))
                     total += difference
                     largest = max(largest, difference)
         unevenness[i] = np.sqrt(span) * largest / (1e-9 + total)
-        length = np.sqrt(x * x + y * y + z * z)
-        if length > 0:
-            mean[i, 0], mean[i, 1], mean[i, 2] = x / length, y / length, z / length
-        else:
-            mean[i] = normal[i]
+        set_unit(mean, i, x, y, z, normal)
     return unevenness, mean
-
-
-@njit(cache=True, nogil=True)
-def _square(vector: Floats, i: int, j: int) -> float:
-    """Squared distance of two rows."""
-    x, y, z = vector[i, 0] - vector[j, 0], vector[i, 1] - vector[j, 1], vector[i, 2] - vector[j, 2]
-    return x * x + y * y + z * z

@@ -1,11 +1,11 @@
-"""Clean meshes made in code: CAD-like with sharp edges, smooth, bumpy; the same generator gives the same mesh."""
+"""Clean meshes made in code: parts with sharp edges, smooth and bumpy bodies; a generator determines the mesh."""
 
 from collections.abc import Callable
 
 from torch import Generator, Tensor
 
-from dnf_pyg.synthetic.shapes import cad, displaced, organic, sculpted
-from dnf_pyg.synthetic.shapes.build import build
+from dnf_pyg.synthetic.shapes import cad, coarse, displaced, organic, sculpted, sheets
+from dnf_pyg.synthetic.shapes.build import build_recipe
 from dnf_pyg.synthetic.shapes.dice import Dice
 from dnf_pyg.synthetic.shapes.solid import Solid
 
@@ -17,16 +17,14 @@ Shape = Callable[[Generator, int], tuple[Tensor, Tensor]]
 def _from_solid(recipe: Callable[[Dice], Solid]) -> Shape:
     def make(generator: Generator, num_faces: int) -> tuple[Tensor, Tensor]:
         dice = Dice(generator)
-        while True:  # a recipe may draw details too small for the wanted number of faces
-            mesh = build(recipe(dice).move(dice.rotation()), num_faces, dice)
-            if mesh is not None:
-                return _cut_open(mesh.pos, mesh.face, dice) if dice.chance(0.15) else (mesh.pos, mesh.face)
+        mesh = build_recipe(recipe, num_faces, dice)
+        return _cut_open(mesh.pos, mesh.face, dice) if dice.chance(0.15) else (mesh.pos, mesh.face)
 
     return make
 
 
 def _cut_open(pos: Tensor, face: Tensor, dice: Dice) -> tuple[Tensor, Tensor]:
-    """Drop the faces beyond a plane, a tenth to a third of them: a mesh with a boundary."""
+    """Remove the faces beyond a plane, a tenth to a third of them, so that the mesh has a boundary."""
     height = pos[face].mean(0) @ dice.direction()
     kept = face[:, height < height.quantile(dice.uniform(0.67, 0.9))]
     used, face = kept.unique(return_inverse=True)
@@ -39,6 +37,6 @@ def _from_mesh(recipe: Callable[[Dice, int], tuple[Tensor, Tensor]]) -> Shape:
 
 SHAPES: dict[str, Shape] = {
     **{name: _from_solid(getattr(group, name)) for group in (cad, sculpted, organic) for name in group.__all__},
-    **{name: _from_mesh(getattr(displaced, name)) for name in displaced.__all__},
+    **{name: _from_mesh(getattr(group, name)) for group in (displaced, coarse, sheets) for name in group.__all__},
 }
-"""Kinds of shapes by name; each takes a generator and about how many faces, and gives ``pos`` and ``face``."""
+"""Kinds of shapes by name: functions of a generator and an approximate number of faces, to ``pos`` and ``face``."""

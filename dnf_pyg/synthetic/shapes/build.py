@@ -11,7 +11,7 @@ from dnf_pyg.synthetic.shapes.dice import Dice
 from dnf_pyg.synthetic.shapes.remesh import remesh, shake
 from dnf_pyg.synthetic.shapes.solid import Solid
 
-__all__ = ["STYLES", "build", "even", "graded", "shaken", "sparse", "stretched"]
+__all__ = ["STYLES", "build", "build_recipe", "even", "graded", "shaken", "sparse", "stretched"]
 
 Style = Callable[[Solid, LabelledMesh, float, Dice], LabelledMesh]
 
@@ -37,6 +37,20 @@ def build(solid: Solid, num_faces: int, dice: Dice, style: Style | None = None) 
         return None
     mesh = (style or dice.choice(STYLES))(solid, start, size, dice)
     return mesh if _is_clean(solid, mesh) else None
+
+
+def build_recipe(recipe: Callable[[Dice], Solid], num_faces: int, dice: Dice) -> LabelledMesh:
+    """Mesh a random solid in a random direction; draw another where details are too small for the number of faces.
+
+    Args:
+        recipe: Draws a solid inside the cube from -1 to 1 or a little beyond.
+        num_faces: About the number of faces wanted.
+        dice: Source of randomness.
+    """
+    while True:
+        mesh = build(recipe(dice).move(dice.rotation()), num_faces, dice)
+        if mesh is not None:
+            return mesh
 
 
 def even(solid: Solid, start: LabelledMesh, size: float, dice: Dice) -> LabelledMesh:
