@@ -14,7 +14,7 @@ LANES = [
         (1, "weld copies of vertices, estimate the noise level", "dnf_pyg.pipeline"),
         (2, "cover the mesh with patches", "dnf_pyg.patches.coverage"),
         (3, "filter the normals of each patch", "dnf_pyg.nn.network"),
-        (4, "average the normals of overlapping patches", "dnf_pyg.pipeline"),
+        (4, "average the normals of overlapping patches", "dnf_pyg.patches.fusion"),
         (5, "move vertices to fit the normals", "dnf_pyg.mesh.vertex_update"),
     ]),
     ("Network (SurfaceDNFNet): a batch of patches", 188, [
