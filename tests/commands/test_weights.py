@@ -4,8 +4,9 @@ import pytest
 import torch
 
 from dnf_pyg.cli import main
-from dnf_pyg.nn import DNFNet
-from dnf_pyg.weights import load as pretrained
+from dnf_pyg.nn import DNFNet, pretrained
+from dnf_pyg.nn.config import describe_network
+from dnf_pyg.weights import load_network, release
 from dnf_pyg.weights.release import fingerprint
 
 TEXTS = {"sources.md": "Boxes made in code, CC0.\n", "recipe.yaml": "trainer:\n  max_epochs: 1\n"}
@@ -20,7 +21,7 @@ def net():
 @pytest.fixture
 def checkpoint(net, tmp_path):
     state = {f"net.{key}": value for key, value in net.state_dict().items()}
-    torch.save({"network": net.config, "state_dict": state}, tmp_path / "net.ckpt")
+    torch.save({"network": describe_network(net), "state_dict": state}, tmp_path / "net.ckpt")
     for name, text in TEXTS.items():
         (tmp_path / name).write_text(text)
     return tmp_path / "net.ckpt"
@@ -31,7 +32,8 @@ def packaged(tmp_path, monkeypatch):
     """An empty folder of packaged weights in place of the real one."""
     folder = tmp_path / "weights"
     folder.mkdir()
-    monkeypatch.setattr(pretrained, "_FOLDER", folder)
+    monkeypatch.setattr(pretrained, "_PACKAGED", folder)
+    monkeypatch.setattr(release, "_FOLDER", folder)
     return folder
 
 
@@ -62,7 +64,7 @@ def test_exported_weights_are_listed_with_their_metrics(net, checkpoint, package
     card = (packaged / "boxes" / "README.md").read_text()
     assert TEXTS["sources.md"] in card
     assert f"```yaml\n{TEXTS['recipe.yaml']}```" in card
-    assert fingerprint(pretrained.load_network("boxes")) == fingerprint(net)
+    assert fingerprint(load_network("boxes")) == fingerprint(net)
 
 
 def test_damaged_weights_are_named(checkpoint, packaged, capsys):
@@ -77,13 +79,13 @@ def test_damaged_weights_are_named(checkpoint, packaged, capsys):
 
 def test_no_weights(packaged, capsys):
     assert main(["weights"]) == 0
-    assert "no weights in this build" in capsys.readouterr().out
+    assert "There are no weights in this build." in capsys.readouterr().out
 
 
 def test_results_of_other_weights_are_refused(checkpoint, packaged, tmp_path, capsys):
     benchmark = results(tmp_path / "results.json", "0" * 12)
     assert export(checkpoint, packaged / "boxes", "--benchmark", benchmark) == 2
-    assert "benchmark them first" in capsys.readouterr().err
+    assert "Benchmark them first." in capsys.readouterr().err
     assert not (packaged / "boxes").exists()
 
 
