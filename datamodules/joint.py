@@ -48,14 +48,16 @@ class JointDataModule(LightningDataModule):
         return self._combined("test", "max_size")
 
     def predict_dataloader(self) -> CombinedLoader:
-        """All test patches of each."""
-        return self._combined("predict", "max_size")
+        """All test patches of each, one data set after the other, as Lightning asks for."""
+        return self._combined("predict", "sequential")
 
-    def on_after_batch_transfer(self, batch: dict[str, Batch | None], dataloader_idx: int) -> dict[str, Batch]:
-        """Leave out data sets that have ended."""
-        return {name: item for name, item in batch.items() if item is not None}
+    def on_after_batch_transfer(self, batch: dict[str, Batch | None] | Batch, dataloader_idx: int) -> dict[str, Batch]:
+        """Leave out data sets that have ended; name the data set of a single batch."""
+        if isinstance(batch, dict):
+            return {name: item for name, item in batch.items() if item is not None}
+        return {list(self.parts)[dataloader_idx]: batch}
 
-    def _combined(self, split: str, mode: Literal["max_size", "max_size_cycle"]) -> CombinedLoader:
+    def _combined(self, split: str, mode: Literal["max_size", "max_size_cycle", "sequential"]) -> CombinedLoader:
         self._attached()
         loaders = {name: getattr(part, f"{split}_dataloader")() for name, part in self.parts.items()}
         return CombinedLoader(loaders, mode)

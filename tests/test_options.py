@@ -21,7 +21,7 @@ from dnf_pyg import FAST, FilterOptions, OptionError, UpdateOptions
             UpdateOptions,
             "strength",
             1.5,
-            r"'strength' to be a number from 0 to 1 \(got 1.5\). Choose a number in this range.",
+            r"a number from 0 to 1 \(got 1.5\). Choose a number in this range.",
         ),
         (UpdateOptions, "strength", float("nan"), r"'strength' to be a number from 0 to 1 \(got nan\)"),
         (UpdateOptions, "strength", "half", r"'strength' to be a number from 0 to 1 \(got half\)"),

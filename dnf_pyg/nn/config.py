@@ -12,7 +12,7 @@ from dnf_pyg.errors import WeightsError
 if TYPE_CHECKING:
     from dnf_pyg.nn.network import FilteringNetwork
 
-__all__ = ["NETWORKS", "VERSION", "build_network", "describe_network"]
+__all__ = ["NETWORKS", "VERSION", "build_network", "check_noise_range", "describe_network", "parse_description"]
 
 VERSION = 2
 """Version of the description; version 1 described a single class by flags and has no entry ``version``."""
@@ -20,9 +20,10 @@ VERSION = 2
 NETWORKS: dict[str, type["FilteringNetwork"]] = {}
 """Classes of networks by name; every subclass of :class:`~dnf_pyg.nn.network.FilteringNetwork` is entered."""
 
-_LARGEST = 2**16  # of any number in a description
+_LARGEST = 2**12  # of any number in a description
 _LONGEST = 16  # list
-_FLAGS = ("align", "bilateral_iterations", "surface")  # of version 1
+_FLAGS = {"align": False, "surface": False, "bilateral_iterations": 0}  # of version 1
+_DEFAULTS = {"k": [10, 30, 50], "residual_k": 20, "channels": [64, 128, 256]}  # of version 1, where others now
 
 
 def describe_network(net: "FilteringNetwork") -> dict[str, Any]:
@@ -47,34 +48,54 @@ def build_network(description: object, state: object, origin: str) -> "Filtering
         WeightsError: If the description has unknown entries or values out of range, or the tensors do not fit it or
             hold values that are not finite.
     """
-    description = _mapping(description, "a description of a network", origin)
     state = _mapping(state, "tensors by name", origin)
-    name, arguments, noise_range = _parse(description, origin)
-    with torch.device("meta"):  # sizes are compared before memory is taken
-        net = NETWORKS[name](**_checked(NETWORKS[name], arguments, origin))
+    name, arguments, noise_range = parse_description(description, origin)
+    if arguments.get("num_units", 0) > len(state):
+        raise _error("'num_units' of at most the number of tensors", f"{arguments['num_units']}", origin)
+    try:
+        with torch.device("meta"):  # sizes are compared before memory is taken
+            net = NETWORKS[name](**arguments)
+    except ValueError as error:
+        raise _error(f"arguments of a {name}", f"{arguments}: {error}", origin) from error
     expected = net.state_dict()
     for key in sorted(expected.keys() | state.keys()):
         have, want = state.get(key), expected.get(key)
         if not isinstance(have, Tensor) or want is None or have.shape != want.shape:
             shapes = [list(value.shape) if isinstance(value, Tensor) else "none" for value in (want, have)]
             raise _error(f"tensor '{key}' of shape {shapes[0]}", shapes[1], origin)
+        dense = have.layout is torch.strided and have.device.type == "cpu" and not have.is_quantized
+        if not dense or have.is_floating_point() != want.is_floating_point() or have.is_complex():
+            raise _error(f"tensor '{key}' of type {want.dtype}", f"{have.dtype}, {have.layout}, {have.device}", origin)
         if have.is_floating_point() and not bool(have.isfinite().all()):
             raise _error(f"finite values in tensor '{key}'", "NaN or infinity", origin)
-    net.load_state_dict(state, assign=True)
+    net.load_state_dict({key: _at_least_float32(value.detach()) for key, value in state.items()}, assign=True)
     net.noise_range = noise_range
     return net.eval()
 
 
+def parse_description(description: object, origin: str) -> tuple[str, dict[str, Any], tuple[float, float] | None]:
+    """Read the class, the arguments and the noise range of a network from a description of either version.
+
+    Raises:
+        WeightsError: If the description has unknown entries or values out of range.
+    """
+    name, arguments, noise_range = _parse(_mapping(description, "a description of a network", origin), origin)
+    return name, _checked(NETWORKS[name], arguments, origin), noise_range
+
+
 def _parse(description: Mapping[str, Any], origin: str) -> tuple[str, Mapping[str, Any], tuple[float, float] | None]:
-    """Class, arguments and noise range of a description of either version."""
+    """Class, unchecked arguments and noise range."""
     if "version" not in description:
-        flags = {flag: description.get(flag, False) for flag in _FLAGS}
+        flags = {flag: description.get(flag, default) for flag, default in _FLAGS.items()}
+        for flag, default in _FLAGS.items():
+            if type(flags[flag]) is not type(default):
+                raise _error(f"'{flag}' of type {type(default).__name__}", repr(flags[flag])[:80], origin)
         arguments = {key: value for key, value in description.items() if key not in _FLAGS}
         if not any(flags.values()):
             return "DNFNet", arguments, None
-        if flags["align"] is not True or flags["surface"] is not True or arguments.pop("subtract", True) is not True:
+        if not flags["align"] or not flags["surface"] or arguments.pop("subtract", True) is not True:
             raise _error("'align', 'surface' and 'subtract' to be true", flags, origin)
-        return "SurfaceDNFNet", arguments | {"bilateral_iterations": flags["bilateral_iterations"]}, None
+        return "SurfaceDNFNet", _DEFAULTS | arguments | {"bilateral_iterations": flags["bilateral_iterations"]}, None
     if description["version"] != VERSION:
         raise _error(f"'version' {VERSION}", repr(description["version"]), origin)
     unknown = sorted(set(description) - {"version", "network", "arguments", "noise_range"})
@@ -83,17 +104,21 @@ def _parse(description: Mapping[str, Any], origin: str) -> tuple[str, Mapping[st
     name = description.get("network")
     if not isinstance(name, str) or name not in NETWORKS:
         raise _error(f"'network' to be one of {', '.join(NETWORKS)}", repr(name), origin)
-    return name, _mapping(description.get("arguments"), "'arguments' by name", origin), _range(description, origin)
+    arguments = _mapping(description.get("arguments"), "'arguments' by name", origin)
+    return name, arguments, check_noise_range(description.get("noise_range"), origin)
 
 
-def _range(description: Mapping[str, Any], origin: str) -> tuple[float, float] | None:
-    """Noise range of a description."""
-    value = description.get("noise_range")
+def check_noise_range(value: object, origin: str) -> tuple[float, float] | None:
+    """Check the smallest and the largest noise level of a training; ``None`` if they are not known.
+
+    Raises:
+        WeightsError: If ``value`` is not a pair of numbers in this order.
+    """
     if value is None:
         return None
-    numbers = isinstance(value, list) and len(value) == 2 and all(type(item) in (int, float) for item in value)
+    numbers = isinstance(value, list | tuple) and len(value) == 2 and all(type(item) in (int, float) for item in value)
     if not numbers or not 0 <= value[0] <= value[1] < float("inf"):
-        raise _error("'noise_range' as [smallest, largest]", repr(value), origin)
+        raise _error("'noise_range' as [smallest, largest]", repr(value)[:80], origin)
     return float(value[0]), float(value[1])
 
 
@@ -116,6 +141,10 @@ def _checked(network: type, arguments: Mapping[str, Any], origin: str) -> dict[s
             )
             raise _error(f"'{name}' to be {kind}", repr(value)[:80], origin)
     return dict(arguments)
+
+
+def _at_least_float32(value: Tensor) -> Tensor:
+    return value.to(torch.promote_types(value.dtype, torch.float32)) if value.is_floating_point() else value
 
 
 def _is_count(value: object) -> bool:

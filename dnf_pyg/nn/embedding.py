@@ -37,8 +37,8 @@ class MultiScaleEmbedding(Module):
         - **output:** :math:`(F, C_{out})`
 
     Raises:
-        ValueError: If ``k`` and ``channels`` differ in length, ``edge_attr`` is missing, or ``edge_index`` is a list of
-            another length.
+        ValueError: If ``k`` and ``channels`` differ in length, ``edge_attr`` is missing, ``edge_index`` is a list of
+            another length, or ``x`` has other columns.
 
     Example:
         >>> embedding = MultiScaleEmbedding(k=(1, 2), channels=(8, 16), out_channels=4)
@@ -69,6 +69,11 @@ class MultiScaleEmbedding(Module):
         self.attentions = ModuleList(ChannelAttention(size) for size in channels)
         self.fuse = MLP([sum(sizes), out_channels], plain_last=False, norm_kwargs={"allow_single_element": True})
 
+    @property
+    def input_channels(self) -> int:
+        """Number of columns of ``x``."""
+        return self.in_channels
+
     def make_conv(self, level: int, in_channels: int, out_channels: int) -> GroupingConv:
         """Make the grouping layer of a level."""
         layer = FeatureGroupingConv if level > 0 and self.subtract else NormalGroupingConv
@@ -92,6 +97,11 @@ class MultiScaleEmbedding(Module):
         batch_size: int | None = None,
     ) -> Tensor:
         """Embed each face; ``batch_size`` avoids computing the number of patches."""
+        if x.size(-1) != self.input_channels:
+            raise ValueError(
+                f"Expected 'x' of shape [num_faces, {self.input_channels}] (got {list(x.shape)}). Change 'in_channels' "
+                "or the features."
+            )
         levels = [x[:, : self.in_channels]]
         edges = edges_per_level(edge_index, edge_attr, self.k)
         for conv, attention, level_edges in zip(self.convs, self.attentions, edges, strict=True):

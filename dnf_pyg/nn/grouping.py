@@ -5,6 +5,7 @@ from typing import Final
 
 import torch
 from torch import Tensor
+from torch.nn.parameter import UninitializedParameter
 from torch_geometric import EdgeIndex
 from torch_geometric.nn import MLP, MessagePassing
 from torch_geometric.typing import Adj, OptPairTensor
@@ -42,7 +43,7 @@ class GroupingConv(MessagePassing):
         self.out_channels = out_channels
         self.hidden_channels = [out_channels // 2] * 2 if hidden_channels is None else list(hidden_channels)
         self.mlp = MLP(
-            [self.message_channels, *self.hidden_channels, out_channels],
+            [self.message_channels if self.in_channels > 0 else -1, *self.hidden_channels, out_channels],
             plain_last=False,
             norm_kwargs={"allow_single_element": True},  # a single edge is normalized with the running statistics
         )
@@ -57,9 +58,12 @@ class GroupingConv(MessagePassing):
         super().reset_parameters()
         self.mlp.reset_parameters()
 
-    def forward(self, x: Tensor | tuple[Tensor, Tensor], edge_index: Adj) -> Tensor:
+    def forward(self, x: Tensor | tuple[Tensor, Tensor | None], edge_index: Adj) -> Tensor:
         """Embed each centre."""
-        x_src, x_dst = (x, x) if isinstance(x, Tensor) else x
+        x_src, x_dst = (x, None) if isinstance(x, Tensor) else x
+        x_dst = x_src if x_dst is None else x_dst
+        if self.in_channels < 0:
+            self._set_in_channels(x_src)
         for value in (x_src, x_dst):
             if value.size(-1) != self.in_channels:
                 raise ValueError(
@@ -73,6 +77,13 @@ class GroupingConv(MessagePassing):
             if not self._can_fuse(edge_index):
                 edge_index = edge_index.as_tensor()
         return self.propagate(edge_index, u=(None, u), v=(v, None), size=size)
+
+    def _set_in_channels(self, x: Tensor) -> None:
+        """Create the weight of a lazy first linear layer for features like ``x``."""
+        self.in_channels = x.size(-1)
+        lin = self.mlp.lins[0]
+        if isinstance(lin.weight, UninitializedParameter):  # not after loading a state dict
+            lin.initialize_parameters(lin, (x.new_empty(0, self.message_channels),))
 
     def _can_fuse(self, edge_index: EdgeIndex) -> bool:
         """Whether the kernels apply: all norms train on several edges, or none trains and no gradient is needed."""
@@ -120,12 +131,14 @@ class NormalGroupingConv(GroupingConv):
     Source: Li et al. 2020, Sec. 3.3.1 (normal grouping layer, feature extraction layer).
 
     Args:
-        in_channels: Features per face on input (3 for facet normals), or that number for neighbours and centres.
+        in_channels: Features per face on input (3 for facet normals), or that number for neighbours and centres; -1
+            to take it from the first input.
         out_channels: Features per face on output.
         hidden_channels: Width of each hidden layer; two layers of half of ``out_channels`` if ``None``.
 
     Shapes:
-        - **x:** :math:`(F, C_{in})`, or a pair :math:`(F_s, C_{in}), (F_t, C_{in})` of neighbours and centres
+        - **x:** :math:`(F, C_{in})`, or a pair :math:`(F_s, C_{in}), (F_t, C_{in})` of neighbours and centres; with
+          ``None`` in the second place, the centres are the neighbours
         - **edge_index:** :math:`(2, E)`, neighbour (row 0) to centre (row 1), any order, any degree; also an
           :class:`~torch_geometric.EdgeIndex` or a sparse matrix of shape :math:`(F_t, F_s)`
         - **output:** :math:`(F_t, C_{out})`; zeros for a face without neighbours

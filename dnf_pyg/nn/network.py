@@ -34,8 +34,8 @@ class FilteringNetwork(Module, Pretrained, ABC):
     noise_range: tuple[float, float] | None = None
     """Smallest and largest noise level of the training data, in mean edge lengths, if known."""
 
-    def __init_subclass__(cls, **options: Any) -> None:
-        super().__init_subclass__(**options)
+    def __init_subclass__(cls) -> None:
+        super().__init_subclass__()
         NETWORKS[cls.__name__] = cls
 
     @property

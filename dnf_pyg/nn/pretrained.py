@@ -2,7 +2,7 @@
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self, cast
+from typing import TYPE_CHECKING, Self, cast
 
 from safetensors import SafetensorError
 from safetensors.torch import load_file, save_file
@@ -46,12 +46,12 @@ def read_folder(folder: Path) -> "FilteringNetwork":
     return build_network(description, state, str(folder))
 
 
-def download_folder(repo_id: str, **options: Any) -> Path:
+def download_folder(repo_id: str, revision: str | None = None) -> Path:
     """Download the weights of a repository of the Hugging Face hub.
 
     Args:
         repo_id: Repository, ``user/name``.
-        options: Further arguments of :func:`huggingface_hub.snapshot_download`, such as ``revision``.
+        revision: Branch, tag or commit; the main branch if not given.
 
     Raises:
         WeightsError: If there is no such repository, or the hub cannot be reached.
@@ -59,7 +59,7 @@ def download_folder(repo_id: str, **options: Any) -> Path:
     from huggingface_hub import snapshot_download  # takes a while to import
 
     try:
-        return Path(snapshot_download(repo_id, allow_patterns=[_CONFIG, _TENSORS], **options))
+        return Path(snapshot_download(repo_id, revision=revision, allow_patterns=[_CONFIG, _TENSORS]))
     except (OSError, ValueError) as error:  # all errors of the hub are of these types
         raise WeightsError(
             f"Expected a repository of the Hugging Face hub (got '{repo_id}': {str(error).splitlines()[0]}). Check "
@@ -91,12 +91,12 @@ class Pretrained:
             ) from error
 
     @classmethod
-    def from_pretrained(cls, name: str | Path, **options: Any) -> Self:
+    def from_pretrained(cls, name: str | Path, revision: str | None = None) -> Self:
         """Read a network of this class from packaged weights, a folder or the Hugging Face hub, in this order.
 
         Args:
             name: Name of packaged weights, a folder, or a repository ``user/name`` of the hub.
-            options: Arguments of :func:`huggingface_hub.snapshot_download`, such as ``revision``.
+            revision: Branch, tag or commit of the repository; the main branch if not given.
 
         Returns:
             The network in evaluation mode, on the CPU.
@@ -105,7 +105,7 @@ class Pretrained:
             WeightsError: If there are no such weights, or they are damaged or of another class.
         """
         folder = packaged_weights().get(str(name), Path(name))
-        net = read_folder(folder if folder.is_dir() else download_folder(str(name), **options))
+        net = read_folder(folder if folder.is_dir() else download_folder(str(name), revision))
         if not isinstance(net, cls):
             raise WeightsError(
                 f"Expected weights of a {cls.__name__} (got '{name}', a {type(net).__name__}). Call "
@@ -113,16 +113,16 @@ class Pretrained:
             )
         return net
 
-    def push_to_hub(self, repo_id: str, folder: str | Path, **options: Any) -> None:
+    def push_to_hub(self, repo_id: str, folder: str | Path, commit_message: str | None = None) -> None:
         """Write the network into a folder and upload the folder to a repository of the Hugging Face hub.
 
         Args:
             repo_id: Repository, ``user/name``, which is made if it does not exist.
             folder: Folder to write and upload, with the model card that it may hold.
-            options: Arguments of :meth:`huggingface_hub.HfApi.upload_folder`, such as ``commit_message``.
+            commit_message: Message of the commit; one of the hub's if not given.
         """
         from huggingface_hub import HfApi  # takes a while to import
 
         self.save_pretrained(folder)
         HfApi().create_repo(repo_id, exist_ok=True)
-        HfApi().upload_folder(repo_id=repo_id, folder_path=str(folder), **options)
+        HfApi().upload_folder(repo_id=repo_id, folder_path=str(folder), commit_message=commit_message)

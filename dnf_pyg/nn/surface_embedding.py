@@ -37,6 +37,11 @@ class SurfaceEmbedding(MultiScaleEmbedding):
     def __init__(self, k: Sequence[int], channels: Sequence[int], out_channels: int) -> None:
         super().__init__(k, channels, out_channels, in_channels=4)
 
+    @property
+    def input_channels(self) -> int:
+        """Number of columns of ``x``: the features and the place."""
+        return self.in_channels + 3
+
     def make_conv(self, level: int, in_channels: int, out_channels: int) -> SurfaceGroupingConv:
         """Make the grouping layer of a level."""
         return SurfaceGroupingConv(in_channels + 3, out_channels)

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, Self, cast
 
@@ -13,46 +12,18 @@ from lightning.pytorch.utilities import rank_zero_info
 from torch import Tensor
 from torch_geometric.data import Batch
 
-from dnf_pyg.errors import WeightsError
+from dnf_pyg.errors import DataError, WeightsError
 from dnf_pyg.evaluate.metrics import MeanAngularDifference
 from dnf_pyg.nn import FilteringNetwork, nearest_edges
-from dnf_pyg.nn.config import build_network, describe_network
-from dnf_pyg.nn.thinning import random_ranks, select_ranks
+from dnf_pyg.nn.config import build_network, describe_network, parse_description
 from dnf_pyg.train.distillation import Distillation
 from dnf_pyg.train.losses import JointLoss, LossTerms
 from dnf_pyg.train.processes import leave_at_exit
+from dnf_pyg.train.settings import PartSettings, Thinning
 from dnf_pyg.train.split_statistics import SplitStatistics
-from dnf_pyg.weights.load import load_network
+from dnf_pyg.weights.load import load_network, network_tensors, read_checkpoint
 
-__all__ = ["NormalFilteringModule", "PartSettings", "Thinning"]
-
-
-@dataclass(frozen=True)
-class Thinning:
-    """Train on a random choice of the neighbours, drawn anew in every step.
-
-    Differs: the paper trains on all neighbours.
-
-    Args:
-        k: Neighbours kept per face on each level.
-        num_steps: Steps after which all neighbours are kept, as in evaluation; never if not given.
-    """
-
-    k: list[int]
-    num_steps: int | None = None
-
-
-@dataclass(frozen=True)
-class PartSettings:
-    """How a joint training uses one of its data sets.
-
-    Args:
-        k: Neighbours per face on each level of the network; those of the network if not given.
-        weight: Factor of the loss.
-    """
-
-    k: list[int] | None = None
-    weight: float = 1.0
+__all__ = ["NormalFilteringModule"]
 
 
 class NormalFilteringModule(LightningModule):
@@ -79,7 +50,7 @@ class NormalFilteringModule(LightningModule):
 
     Raises:
         ValueError: If ``thinning`` or a part has another number of levels than the network.
-        DataError: At the start of a run, if teachers and data sets do not fit each other.
+        DataError: At the start of a run, if the data sets of a joint training do not fit ``parts`` or the teachers.
     """
 
     def __init__(
@@ -118,17 +89,29 @@ class NormalFilteringModule(LightningModule):
         self.train_theta, self.val_theta, self.test_theta = (MeanAngularDifference() for _ in range(3))
 
     @classmethod
-    def load_from_checkpoint(  # type: ignore[override]
-        cls, checkpoint_path: str | Path, *args: Any, **options: Any
-    ) -> Self:
-        """Load a module; its network is rebuilt from the checkpoint unless ``net`` is given."""
-        if "net" not in options:
-            checkpoint = torch.load(checkpoint_path, map_location="cpu", weights_only=True)
-            state = {k.removeprefix("net."): v for k, v in checkpoint["state_dict"].items() if k.startswith("net.")}
-            options["net"] = build_network(checkpoint.get("network"), state, str(checkpoint_path))
-            names = (checkpoint.get("statistics") or {}).get("names")
-            options.setdefault("separate_statistics", names)
-        return super().load_from_checkpoint(checkpoint_path, *args, **options)
+    def load_from_checkpoint(cls, checkpoint_path: str | Path, **arguments: Any) -> Self:  # type: ignore[override]
+        """Rebuild the module with its network and its statistics from a checkpoint alone, on the CPU.
+
+        Hyperparameters in the checkpoint are ignored, since Lightning would import and call any class they name.
+
+        Args:
+            checkpoint_path: Checkpoint that a training of this module wrote.
+            arguments: Constructor arguments other than ``net`` and ``separate_statistics``.
+
+        Raises:
+            WeightsError: If the file is damaged, holds code, or is another kind of checkpoint.
+        """
+        checkpoint = read_checkpoint(checkpoint_path)
+        net = build_network(checkpoint["network"], network_tensors(checkpoint), str(checkpoint_path)).train()
+        module = cls(net, separate_statistics=checkpoint["statistics"]["names"], **arguments)
+        try:
+            module.load_state_dict(checkpoint["state_dict"])
+        except (RuntimeError, TypeError) as error:
+            raise WeightsError(
+                f"Expected the state of a {cls.__name__} (got '{checkpoint_path}': "
+                f"{str(error).splitlines()[-1].strip()}). Give a checkpoint that a training of this module wrote."
+            ) from error
+        return module
 
     def forward(self, batch: Batch) -> Tensor:
         """Filter the normals (F, 3) of a batch of patches."""
@@ -153,13 +136,26 @@ class NormalFilteringModule(LightningModule):
         with self._using(data_set):
             net = type(self.net)(**{**self.net.arguments, "k": list(k)})
             net.load_state_dict(self.net.state_dict())
+        net.noise_range = self.net.noise_range
         return net.to(self.device).eval()
 
     def setup(self, stage: str) -> None:
-        """Check that teachers and data sets fit each other."""
+        """Check that the data sets of a joint training fit the settings of their parts and the teachers.
+
+        Raises:
+            DataError: If a part or a teacher is of no data set, or a data set keeps too few neighbours.
+        """
+        data = getattr(self.trainer, "datamodule", None)
+        data_sets = getattr(data, "parts", {})
+        unknown = sorted(self.parts.keys() - data_sets.keys())
+        if data is not None and unknown:
+            raise DataError(
+                f"Expected 'parts' of the data sets {sorted(data_sets)} (got {unknown}). Use the names in `data.parts`."
+            )
+        for name, data_set in data_sets.items():
+            data_set.check_neighbors(max(self._settings(name).k or self.net.k))
         if self.distillation is not None and stage == "fit":
-            parts = getattr(getattr(self.trainer, "datamodule", None), "parts", {})
-            self.distillation.check({name: data.patches.k for name, data in parts.items()})
+            self.distillation.check({name: data_set.patches.k for name, data_set in data_sets.items()})
 
     def training_step(self, batch: Batch | dict[str, Batch], batch_idx: int) -> Tensor:
         """Joint loss of one batch, or of one batch of each data set."""
@@ -173,7 +169,9 @@ class NormalFilteringModule(LightningModule):
         """Log ``test/theta`` and ``test/loss``."""
         self._step(batch, "test", self.test_theta)
 
-    def predict_step(self, batch: Batch | dict[str, Batch], batch_idx: int) -> Tensor | dict[str, Tensor]:
+    def predict_step(
+        self, batch: Batch | dict[str, Batch], batch_idx: int, dataloader_idx: int = 0
+    ) -> Tensor | dict[str, Tensor]:
         """Filtered normals (F, 3) of a batch of patches, or of one batch of each data set."""
         if not isinstance(batch, dict):
             return self(batch)
@@ -203,14 +201,13 @@ class NormalFilteringModule(LightningModule):
         Raises:
             WeightsError: If the checkpoint's network is of another class or has other arguments.
         """
-        stored, own = checkpoint.get("network"), describe_network(self.net)
-        stored = stored if isinstance(stored, dict) else {}
-        for key in ("network", "arguments"):
-            if stored.get(key) != own[key]:
-                raise WeightsError(
-                    f"Expected a checkpoint of the configured network (got {key} {stored.get(key)} in the file, "
-                    f"{own[key]} here). Change `model.net`."
-                )
+        name, arguments, _ = parse_description(checkpoint.get("network"), "the checkpoint")
+        own = {"network": type(self.net).__name__, **self.net.arguments}
+        stored = {"network": name, **arguments}
+        differing = [key for key in own if stored.get(key) != own[key]]
+        if differing:
+            listed = ", ".join(f"{key}: {stored.get(key)} in the file, {own[key]} here" for key in differing)
+            raise WeightsError(f"Expected a checkpoint of the configured network (got {listed}). Change `model.net`.")
 
     def _start_from(self, weights: str) -> None:
         """Copy the tensors of trained weights.
@@ -281,11 +278,8 @@ class NormalFilteringModule(LightningModule):
         self.log_dict(values, batch_size=batch_size, on_step=training, on_epoch=not training, sync_dist=not training)
 
     def _edges(self, batch: Batch, data_set: str | None = None) -> list[Tensor] | None:
-        """Edges of each level, where they are not simply those of the network's ``k``."""
-        own = self._settings(data_set).k
-        k = own or self.net.k
-        thinning = self.thinning
-        if thinning and self.training and not (thinning.num_steps and self.global_step >= thinning.num_steps):
-            ranks = [random_ranks(most, min(most, count)) for most, count in zip(k, thinning.k, strict=True)]
-            return [select_ranks(batch.edge_index, batch.edge_attr, level) for level in ranks]
-        return None if own is None else [nearest_edges(batch.edge_index, batch.edge_attr, level) for level in own]
+        """Edges of each level; ``None`` where the network is to select its own."""
+        k = self._settings(data_set).k
+        if self.thinning is not None and self.training and self.thinning.applies(self.global_step):
+            return self.thinning.choose(batch.edge_index, batch.edge_attr, k or self.net.k)
+        return None if k is None else [nearest_edges(batch.edge_index, batch.edge_attr, level) for level in k]

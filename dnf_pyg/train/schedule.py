@@ -22,7 +22,8 @@ class WarmupStableDecay(LRScheduler):
         total_steps: Step at which the rate reaches zero; needed with ``decay_start``.
 
     Raises:
-        ValueError: If ``total_steps`` is not after ``decay_start``, or only one of them is given.
+        ValueError: If ``warmup_steps`` is negative, ``total_steps`` is not after ``decay_start``, or only one of these
+            is given.
 
     Example:
         >>> import torch
@@ -44,6 +45,8 @@ class WarmupStableDecay(LRScheduler):
         decay_start: int | None = None,
         total_steps: int | None = None,
     ) -> None:
+        if warmup_steps < 0:
+            raise ValueError(f"Expected 'warmup_steps' of at least 0 (got {warmup_steps}). Use 0 for no warm-up.")
         if (decay_start is None) != (total_steps is None) or (decay_start or 0) >= (total_steps or 1):
             raise ValueError(
                 f"Expected 'total_steps' after 'decay_start' (got {total_steps} and {decay_start}). Give both, or none."

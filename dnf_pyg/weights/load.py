@@ -6,14 +6,15 @@ from pathlib import Path
 from typing import Any
 
 import torch
+from torch import Tensor
 
 from dnf_pyg.errors import WeightsError
 from dnf_pyg.nn import FilteringNetwork
-from dnf_pyg.nn.config import build_network
+from dnf_pyg.nn.config import build_network, check_noise_range
 from dnf_pyg.nn.pretrained import download_folder, packaged_weights, read_folder
 from dnf_pyg.options import DEFAULT_WEIGHTS
 
-__all__ = ["DEFAULT_WEIGHTS", "load_network"]
+__all__ = ["DEFAULT_WEIGHTS", "load_network", "network_tensors", "read_checkpoint"]
 
 _HUB = "hf://"
 
@@ -61,23 +62,32 @@ def load_network(weights: str | Path, data_set: str | None = None) -> FilteringN
 
 
 def _from_checkpoint(path: Path, data_set: str | None) -> FilteringNetwork:
-    checkpoint = _read(path)
-    state = checkpoint["state_dict"]
-    if not isinstance(state, dict):
-        raise WeightsError(f"Expected tensors by name (got '{path}' with {type(state).__name__}). Copy it again.")
-    tensors = {key.removeprefix("net."): value for key, value in state.items() if str(key).startswith("net.")}
-    tensors |= _statistics(path, checkpoint, data_set)
+    checkpoint = read_checkpoint(path)
+    tensors = network_tensors(checkpoint) | _statistics(path, checkpoint, data_set)
     net = build_network(checkpoint["network"], tensors, str(path))
-    if net.noise_range is None:
-        data = checkpoint.get("datamodule_hyper_parameters")
-        level = data.get("noise_level") if isinstance(data, dict) else None
-        if isinstance(level, list | tuple) and len(level) == 2:
-            net.noise_range = float(level[0]), float(level[1])
+    data = checkpoint.get("datamodule_hyper_parameters")
+    if net.noise_range is None and isinstance(data, dict):
+        net.noise_range = check_noise_range(data.get("noise_level"), str(path))
     return net
 
 
-def _read(path: Path) -> dict[str, Any]:
-    """Content of a checkpoint of plain tensors, numbers and texts."""
+def network_tensors(checkpoint: dict[str, Any]) -> dict[str, Any]:
+    """Select the tensors of the network from a checkpoint that :func:`read_checkpoint` returned."""
+    return {
+        key.removeprefix("net."): value for key, value in checkpoint["state_dict"].items() if key.startswith("net.")
+    }
+
+
+def read_checkpoint(path: str | Path) -> dict[str, Any]:
+    """Read a checkpoint of plain tensors, numbers and texts that `dnf-pyg fit` made. No code in it is ever run.
+
+    Returns:
+        The checkpoint, with a ``network``, a ``state_dict`` by name and, after a joint training, ``statistics`` with
+        the lists ``names`` and ``tensors``.
+
+    Raises:
+        WeightsError: If the file is damaged, holds code, or is another kind of checkpoint.
+    """
     try:
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", message="Detected pickle protocol")  # refused in a moment
@@ -105,19 +115,28 @@ def _read(path: Path) -> dict[str, Any]:
         raise WeightsError(
             f"Expected a checkpoint made by `dnf-pyg fit` (got '{path}' without key 'network'). Give one of those."
         )
+    state, kept = checkpoint["state_dict"], checkpoint.setdefault("statistics", {"names": [], "tensors": []})
+    lists = [kept.get("names"), kept.get("tensors")] if isinstance(kept, dict) else []
+    if not _texts(state) or not isinstance(state, dict) or not lists or not all(map(_texts, lists)):
+        raise WeightsError(
+            f"Expected tensors by name and lists of names of statistics (got '{path}' with others). Copy it again."
+        )
     return checkpoint
+
+
+def _texts(values: object) -> bool:
+    return isinstance(values, dict | list) and all(isinstance(value, str) for value in values)
 
 
 def _statistics(path: Path, checkpoint: dict[str, Any], data_set: str | None) -> dict[str, Any]:
     """Statistics of batch normalization that belong to a data set of a joint training, by name of the tensor."""
-    kept = checkpoint.get("statistics") or {}
-    if not isinstance(kept, dict) or not isinstance(kept.get("names", []), list):
-        raise WeightsError(f"Expected statistics by data set (got '{path}' with others). Copy it again.")
-    names = kept.get("names", [])
-    if data_set is None and not names:
+    state, names, tensors = checkpoint["state_dict"], *(checkpoint["statistics"][key] for key in ("names", "tensors"))
+    if data_set is None and not names and "statistics.values_0" not in state:
         return {}
     if data_set not in names:
-        expected = f"one of {', '.join(map(str, names))}" if names else "left out, since the training kept none apart"
+        expected = f"one of {', '.join(names)}" if names else "left out, since no statistics are kept by name"
         raise WeightsError(f"Expected 'data_set' to be {expected} (got {data_set!r} for '{path}'). Change it.")
-    state = checkpoint["state_dict"]
-    return {key: state[f"statistics.values_{row}"][names.index(data_set)] for row, key in enumerate(kept["tensors"])}
+    values = [state.get(f"statistics.values_{row}") for row in range(len(tensors))]
+    if not all(isinstance(value, Tensor) and value.shape[:1] == (len(names),) for value in values):
+        raise WeightsError(f"Expected statistics of {', '.join(names)} (got '{path}' without some). Copy it again.")
+    return {key: value[names.index(data_set)] for key, value in zip(tensors, values, strict=True)}

@@ -4,10 +4,15 @@ from lightning.pytorch import Callback, Trainer, seed_everything
 from lightning.pytorch.callbacks import EMAWeightAveraging, ModelCheckpoint
 from lightning.pytorch.loggers import CSVLogger
 
-from dnf_pyg.datamodules import CleanMeshesDataModule, JointDataModule, LoaderOptions, PairsDataModule, Part
+from dnf_pyg.datamodules import CleanMeshesDataModule, JointDataModule, LoaderOptions, PairsDataModule
+from dnf_pyg.errors import DataError, WeightsError
 from dnf_pyg.nn import DNFNet
 from dnf_pyg.patches import PatchOptions
 from dnf_pyg.train.module import NormalFilteringModule
+from dnf_pyg.train.settings import PartSettings
+from dnf_pyg.weights.load import load_network
+
+PARTS = {"clean": PartSettings([3, 4, 6], 0.5)}
 
 
 class Curve(Callback):
@@ -18,7 +23,7 @@ class Curve(Callback):
         self.values.append(float(outputs["loss"]))
 
 
-def joint(clean_folder, pair_folders, levels=(3, 4, 6), num_patches=3):
+def joint(clean_folder, pair_folders, num_patches=3):
     one = CleanMeshesDataModule(str(clean_folder), patches=PatchOptions(5, 40, k=6), loader=LoaderOptions(batch_size=2))
     two = PairsDataModule(
         str(pair_folders[1]),
@@ -26,13 +31,13 @@ def joint(clean_folder, pair_folders, levels=(3, 4, 6), num_patches=3):
         patches=PatchOptions(num_patches, 50, k=12),
         loader=LoaderOptions(batch_size=3),
     )
-    return JointDataModule({"clean": Part(one, list(levels), 0.5), "pairs": Part(two)})
+    return JointDataModule({"clean": one, "pairs": two})
 
 
 def fit(data, folder, **options):
     seed_everything(0)
     net = DNFNet(k=(4, 8, 12), channels=(8, 8, 8), embedding_channels=8, residual_k=4)
-    module = NormalFilteringModule(net, **options)
+    module = NormalFilteringModule(net, **{"parts": PARTS, **options})
     trainer = Trainer(
         accelerator="cpu", max_epochs=1, logger=CSVLogger(folder), log_every_n_steps=1, enable_progress_bar=False,
         enable_model_summary=False, default_root_dir=folder,
@@ -52,15 +57,42 @@ def test_logs_loss_and_theta_of_each_data_set(clean_folder, pair_folders, tmp_pa
     assert values["val/theta"] > 0
 
 
-def test_batches_carry_levels_and_weight(clean_folder, pair_folders):
+def test_leaves_out_data_sets_that_have_ended(clean_folder, pair_folders):
     data = joint(clean_folder, pair_folders)
     batch, _, _ = next(iter(data.train_dataloader()))
-    batch = data.on_after_batch_transfer({**batch, "ended": None}, 0)
-    assert batch.keys() == {"clean", "pairs"}
-    assert (batch["clean"].levels, batch["clean"].weight) == ([3, 4, 6], 0.5)
-    module = NormalFilteringModule(DNFNet(k=(4, 8, 12), channels=(8, 8, 8), embedding_channels=8, residual_k=4))
-    assert [edges.size(1) for edges in module._edges(batch["clean"])] == [80 * 3, 80 * 4, 80 * 6]
-    assert module._edges(batch["pairs"]) is batch["pairs"].edge_index
+    assert data.on_after_batch_transfer({**batch, "ended": None}, 0).keys() == {"clean", "pairs"}
+
+
+def test_predicts_every_test_patch_of_each_data_set(clean_folder, pair_folders, tmp_path):
+    data = joint(clean_folder, pair_folders)
+    module, trainer = fit(data, tmp_path, separate_statistics=["clean", "pairs"])
+    filtered = trainer.predict(module, data)
+    for (name, part), found in zip(data.parts.items(), filtered, strict=True):
+        net = module.network_for(name)
+        for batch, normal in zip(part.test_dataloader(), found, strict=True):
+            with torch.no_grad():
+                torch.testing.assert_close(normal, {name: net(**net.gather(batch))})
+
+
+def test_a_checkpoint_of_several_statistics_asks_for_the_data_set(clean_folder, pair_folders, tmp_path):
+    module, trainer = fit(joint(clean_folder, pair_folders), tmp_path, separate_statistics=["clean", "pairs"])
+    path = tmp_path / "joint.ckpt"
+    trainer.save_checkpoint(path)
+    for wrong in (None, "kinect"):
+        with pytest.raises(WeightsError, match=rf"Expected 'data_set' to be one of clean, pairs \(got {wrong!r}"):
+            load_network(path, data_set=wrong)
+    states = {name: load_network(path, data_set=name).state_dict() for name in ("clean", "pairs")}
+    for name, state in states.items():
+        torch.testing.assert_close(state, module.network_for(name).state_dict(), rtol=0, atol=0)
+    key = "embedding.fuse.norms.0.module.running_mean"
+    assert not torch.allclose(states["clean"][key], states["pairs"][key])
+    content = torch.load(path, weights_only=True)
+    again = NormalFilteringModule.load_from_checkpoint(path)
+    torch.testing.assert_close(dict(again.state_dict()), dict(content["state_dict"]), rtol=0, atol=0)
+    del content["statistics"]  # as before the names were kept
+    torch.save(content, path)
+    with pytest.raises(WeightsError, match="no statistics are kept by name"):
+        load_network(path)
 
 
 def test_statistics_stay_apart(clean_folder, pair_folders, tmp_path):
@@ -75,7 +107,7 @@ def resumable(clean_folder, pair_folders, folder, stop=None, ckpt_path=None):
     """Train three epochs, averaged weights and statistics apart; ``stop`` after so many steps, or go on from there."""
     seed_everything(0)
     net = DNFNet(k=(4, 8, 12), channels=(8, 8, 8), embedding_channels=8, residual_k=4)
-    module, curve = NormalFilteringModule(net, separate_statistics=["clean", "pairs"]), Curve()
+    module, curve = NormalFilteringModule(net, parts=PARTS, separate_statistics=["clean", "pairs"]), Curve()
     saved = ModelCheckpoint(folder, filename="{step}", every_n_train_steps=stop or 100, save_top_k=-1)
     trainer = Trainer(
         accelerator="cpu", max_epochs=3, max_steps=stop or -1, logger=False, enable_progress_bar=False,
@@ -98,8 +130,10 @@ def test_resumes_with_statistics_and_averages_of_its_own(clean_folder, pair_fold
         torch.testing.assert_close(module.state_dict()[key], value, rtol=1e-5, atol=1e-6)
 
 
-def test_rejects_bad_parts(clean_folder, pair_folders):
-    with pytest.raises(ValueError, match=r"levels' of 'clean' up to its k = 6 \(got \[3, 4, 7\]\)"):
-        joint(clean_folder, pair_folders, levels=(3, 4, 7))
+def test_rejects_parts_that_do_not_fit(clean_folder, pair_folders, tmp_path):
+    with pytest.raises(DataError, match=r"'patches.k' of at least 7, .* \(got 6\)"):
+        fit(joint(clean_folder, pair_folders), tmp_path, parts={"clean": PartSettings([3, 4, 7])})
+    with pytest.raises(DataError, match=r"data sets \['clean', 'pairs'\] \(got \['cleen'\]\)\. Use the names"):
+        fit(joint(clean_folder, pair_folders), tmp_path, parts={**PARTS, "cleen": PartSettings()})
     with pytest.raises(ValueError, match="at least one data set"):
         JointDataModule({})

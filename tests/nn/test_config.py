@@ -67,11 +67,17 @@ def described(**changes):
             (described(arguments={**SMALL, "k": k}), "'k' to be at most 16 whole")
             for k in (5, [], [1.0], [0], [True], "a")
         ),
-        (described(arguments={**SMALL, "residual_k": 10**30}), "'residual_k' to be a whole number from 1 to 65536"),
+        (described(arguments={**SMALL, "residual_k": 10**30}), "'residual_k' to be a whole number from 1 to 4096"),
         (described(arguments={**SMALL, "subtract": 1}), "'subtract' to be true or false"),
-        (described(arguments={**SMALL, "channels": [65536] * 3}), "tensor '.*' of shape"),
-        (flags(align=1e30), "'align', 'surface' and 'subtract' to be true"),
-        (flags(align="a"), "'align', 'surface' and 'subtract' to be true"),
+        (described(arguments={**SMALL, "channels": [4096] * len(SMALL["channels"])}), "tensor '.*' of shape"),
+        (described(arguments={**SMALL, "channels": [8]}), "arguments of a DNFNet .*equal length"),
+        (described(arguments={**SMALL, "channels": [1] * len(SMALL["channels"])}), "arguments of a DNFNet"),
+        (described(arguments={**SMALL, "num_units": 4000}), "'num_units' of at most the number of tensors"),
+        (flags(align=1e30), "'align' of type bool"),
+        (flags(align="a"), "'align' of type bool"),
+        (flags(surface=None), "'surface' of type bool"),
+        (flags(bilateral_iterations=False), "'bilateral_iterations' of type int"),
+        (flags(align=True), "'align', 'surface' and 'subtract' to be true"),
         (flags(align=True, surface=True, bilateral_iterations=-1), "'bilateral_iterations' to be a whole number"),
     ],
 )
@@ -91,6 +97,32 @@ def test_refuses_values_that_are_not_finite():
     state["heads.0.lins.0.weight"][0, 0] = float("nan")
     with pytest.raises(WeightsError, match=r"finite values in tensor 'heads.0.lins.0.weight' \(got NaN"):
         build_network(described(), state, "here")
+
+
+@pytest.mark.parametrize(
+    "change", [torch.Tensor.long, torch.Tensor.cfloat, torch.Tensor.to_sparse, lambda value: value.to("meta")]
+)
+def test_refuses_tensors_of_another_kind(change):
+    state = DNFNet(**SMALL).state_dict()
+    state["heads.0.lins.0.weight"] = change(state["heads.0.lins.0.weight"])
+    with pytest.raises(WeightsError, match=r"tensor 'heads.0.lins.0.weight' of type torch.float64 \(got"):
+        build_network(described(), state, "here")
+
+
+@pytest.mark.parametrize(
+    ("stored", "expected"), [(torch.float16, torch.float32), (torch.float32,) * 2, (torch.float64,) * 2]
+)
+def test_weights_keep_their_precision_from_single_precision_on(stored, expected):
+    net = DNFNet(**SMALL).to(stored)
+    built = build_network(described(), net.state_dict(), "here")
+    assert {value.dtype for value in built.parameters()} == {expected}
+    torch.testing.assert_close(built.state_dict(), net.to(expected).state_dict(), rtol=0, atol=0)
+
+
+def test_missing_arguments_of_version_1_have_its_defaults():
+    net = SurfaceDNFNet(k=(10, 30, 50), residual_k=20, channels=(64, 128, 256), bilateral_iterations=3)
+    old = {"align": True, "surface": True, "bilateral_iterations": 3}
+    assert build_network(old, net.state_dict(), "here").arguments == net.arguments
 
 
 JSON = st.recursive(

@@ -55,3 +55,5 @@ def test_reset_and_errors(make):
     assert layer.fuse.norms[0].module.weight.tolist() == [1.0] * 6
     with pytest.raises(ValueError, match=r"equal length \(got \[2, 3\] and \[8\]\)"):
         MultiScaleEmbedding((2, 3), (8,))
+    with pytest.raises(ValueError, match=r"\[num_faces, 3\] \(got \[4, 5\]\)"):
+        layer(torch.randn(4, 5), torch.zeros(2, 1, dtype=torch.long), torch.zeros(1, dtype=torch.long))

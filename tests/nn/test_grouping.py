@@ -266,6 +266,35 @@ def test_state_dict_and_reset(make):
     assert conv.mlp.norms[0].module.running_mean.abs().sum() == 0
 
 
+@pytest.mark.parametrize("cls", [*CONVS, SurfaceGroupingConv])
+def test_takes_in_channels_from_the_first_input(cls):
+    torch.manual_seed(3)
+    lazy = cls(-1, 8)
+    x, edge_index = torch.randn(4, 5), torch.tensor([[3, 1, 0, 2, 2], [1, 0, 1, 1, 3]])
+    state = cls(5, 8).state_dict()
+    lazy(x, edge_index)
+    assert str(lazy) == str(cls(5, 8))
+    assert {name: value.shape for name, value in lazy.state_dict().items()} == {
+        name: value.shape for name, value in state.items()
+    }
+    bound = (5 * 2 - 3 * (cls is SurfaceGroupingConv)) ** -0.5
+    assert 0 < lazy.mlp.lins[0].weight.abs().max() <= bound  # as PyG draws it
+    other = cls(-1, 8)
+    other.load_state_dict(state)  # before any input
+    expected = cls(5, 8).eval()
+    expected.load_state_dict(state)
+    torch.testing.assert_close(other.eval()(x, edge_index), expected(x, edge_index), rtol=0, atol=0)
+    with pytest.raises(ValueError, match=r"\[num_faces, 5\] \(got \[4, 6\]\)"):
+        lazy(torch.randn(4, 6), edge_index)
+
+
+@pytest.mark.parametrize("cls", CONVS)
+def test_a_pair_without_centres_is_one_set_of_features(cls, make):
+    conv = make.scramble(cls((5, 5), 8)).eval()
+    x, edge_index = torch.randn(4, 5), torch.tensor([[3, 1, 0, 2, 2], [1, 0, 1, 1, 3]])
+    torch.testing.assert_close(conv((x, None), edge_index), conv(x, edge_index), rtol=0, atol=0)
+
+
 def test_repr():
     assert str(NormalGroupingConv(3, 16)) == "NormalGroupingConv(3, 16, hidden_channels=[8, 8])"
     assert str(FeatureGroupingConv((8, 8), 16, [4])) == "FeatureGroupingConv(8, 16, hidden_channels=[4])"

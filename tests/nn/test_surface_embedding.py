@@ -42,3 +42,8 @@ def test_moves_of_the_patch_do_not_matter(make):
     moved = x + torch.tensor([0.0, 0, 0, 0, 3, -2, 5])
     expected = layer(x, edge_index, rank, BATCH)
     torch.testing.assert_close(layer(moved, edge_index, rank, BATCH), expected, rtol=0, atol=1e-9)
+
+
+def test_rejects_other_columns():
+    with pytest.raises(ValueError, match=r"\[num_faces, 7\] \(got \[4, 4\]\)"):
+        SurfaceEmbedding((2,), (8,), 6)(torch.randn(4, 4), torch.zeros(2, 1, dtype=torch.long))

@@ -10,7 +10,7 @@ from matplotlib.image import imread
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
 from dnf_pyg import denoise
-from dnf_pyg.datamodules import CleanMeshesDataModule, JointDataModule, LoaderOptions, Part
+from dnf_pyg.datamodules import CleanMeshesDataModule, JointDataModule, LoaderOptions
 from dnf_pyg.errors import DataError
 from dnf_pyg.evaluate.metrics import MeanAngularDifference
 from dnf_pyg.io import read_mesh
@@ -19,6 +19,7 @@ from dnf_pyg.nn import DNFNet
 from dnf_pyg.patches import PatchOptions
 from dnf_pyg.train.callbacks import MeshValidation
 from dnf_pyg.train.module import NormalFilteringModule
+from dnf_pyg.train.settings import PartSettings
 from dnf_pyg.weights.load import load_network
 
 
@@ -149,14 +150,15 @@ def test_only_every_nth_epoch_and_when_validating(folder):
     assert again.state_dict() == {"last_epoch": 5}
 
 
-def test_uses_levels_and_statistics_of_one_data_set(folder):
-    parts = {"near": Part(data(folder), [2, 3, 4]), "far": Part(data(folder, noise_level=(0.8, 0.9)))}
-    callback = MeshValidation([pair(folder)], data_set="near", levels=[2, 3, 4])
+def test_uses_neighbours_and_statistics_of_one_data_set(folder):
+    parts = {"near": data(folder), "far": data(folder, noise_level=(0.8, 0.9))}
+    callback = MeshValidation([pair(folder)], data_set="near")
     averages = EMAWeightAveraging(decay=0.5)
     options = {"source": JointDataModule(parts), "separate_statistics": ["near", "far"], "epochs": 2}
+    options["parts"] = {"near": PartSettings([2, 3, 4])}
     trainer, module, _ = fit(folder, [averages, callback], **options)
     value = float(trainer.callback_metrics["val/mesh_theta"])
-    assert value == pytest.approx(theta_of(module.network_for("near", [2, 3, 4]), folder), rel=1e-5)
+    assert value == pytest.approx(theta_of(module.network_for("near"), folder), rel=1e-5)
     assert value != pytest.approx(theta_of(module.network_for("far"), folder), rel=1e-3)
 
 

@@ -7,13 +7,14 @@ from lightning.pytorch import Trainer, seed_everything
 from lightning.pytorch.callbacks import EMAWeightAveraging
 from torch_geometric.data import Batch, Data
 
-from dnf_pyg.datamodules import CleanMeshesDataModule, JointDataModule, LoaderOptions, Part
+from dnf_pyg.datamodules import CleanMeshesDataModule, JointDataModule, LoaderOptions
 from dnf_pyg.errors import DataError, WeightsError
 from dnf_pyg.nn import DNFNet
 from dnf_pyg.patches import PatchOptions
 from dnf_pyg.train.distillation import Distillation
 from dnf_pyg.train.losses import JointLoss
 from dnf_pyg.train.module import NormalFilteringModule
+from dnf_pyg.train.settings import PartSettings
 from dnf_pyg.weights.load import load_network
 
 SMALL = {"residual_k": 3, "channels": (8, 8, 8), "embedding_channels": 8}
@@ -34,7 +35,8 @@ def batch():
     normal, clean = (torch.nn.functional.normalize(torch.randn(20, 3), dim=-1) for _ in range(2))
     near = torch.stack([torch.arange(20), *torch.randint(20, (7, 20))]).t().flatten()
     edge_index = torch.stack([near, torch.arange(20).repeat_interleave(8)])
-    return Batch.from_data_list([Data(x=normal, y=clean, edge_index=edge_index, num_nodes=20)] * 2)
+    rank = torch.arange(8).repeat(20)
+    return Batch.from_data_list([Data(x=normal, y=clean, edge_index=edge_index, edge_attr=rank)] * 2)
 
 
 def joint(tmp_path, ks=(4, 8)):
@@ -43,10 +45,8 @@ def joint(tmp_path, ks=(4, 8)):
         box = trimesh.creation.box(extents=(1, 2, 1 + number)).subdivide().subdivide()
         box.export(tmp_path / "clean" / f"box{number}.ply")
     parts = {
-        name: Part(
-            CleanMeshesDataModule(
-                str(tmp_path / "clean"), patches=PatchOptions(3, 30, k=k), loader=LoaderOptions(batch_size=2)
-            )
+        name: CleanMeshesDataModule(
+            str(tmp_path / "clean"), patches=PatchOptions(3, 30, k=k), loader=LoaderOptions(batch_size=2)
         )
         for name, k in zip(("near", "far"), ks, strict=True)
     }
@@ -64,10 +64,11 @@ def trainer(tmp_path, *callbacks):
 def test_loss_is_that_of_the_formula(teachers, batch, weight):
     distillation, loss = Distillation(teachers, weight), JointLoss(alpha=0.5)
     student = DNFNet(k=(2, 4, 6), **SMALL)
-    stages = student.stages(batch.x, batch.edge_index, batch.batch)
+    stages = student.stages(**student.gather(batch))
     terms = distillation(loss(stages, batch.y, batch.batch), loss, stages, "far", batch)
     with torch.no_grad():
-        target = load_network(teachers["far"])(batch.x, batch.edge_index, batch.batch)
+        teacher = load_network(teachers["far"])
+        target = teacher(**teacher.gather(batch))
     recovery = residual = 0.0
     for normal, feature in stages:  # both patches have as many faces: the mean over faces is that over patches
         towards = [(normal - wanted).square().sum(dim=1).mean() for wanted in (batch.y, target)]
@@ -83,7 +84,9 @@ def test_teachers_stay_as_they_are_and_out_of_the_checkpoint(teachers, tmp_path)
     seed_everything(0)
     distillation = Distillation(teachers)
     before = copy.deepcopy({name: net.state_dict() for name, net in distillation.networks.items()})
-    student = NormalFilteringModule(DNFNet(k=(3, 5, 8), **SMALL), distillation=distillation)
+    student = NormalFilteringModule(
+        DNFNet(k=(3, 5, 8), **SMALL), distillation=distillation, parts={"near": PartSettings([2, 3, 4])}
+    )
     fitting = trainer(tmp_path, EMAWeightAveraging(decay=0.5))
     fitting.fit(student, joint(tmp_path))
     for name, net in distillation.networks.items():
@@ -101,8 +104,9 @@ def test_teachers_stay_as_they_are_and_out_of_the_checkpoint(teachers, tmp_path)
 
 
 def test_teacher_only_counts_while_training(teachers, tmp_path):
-    module = NormalFilteringModule(DNFNet(k=(3, 5, 8), **SMALL), distillation=Distillation(teachers, weight=1.0))
-    plain = NormalFilteringModule(module.net)
+    options = {"net": DNFNet(k=(3, 5, 8), **SMALL), "parts": {"near": PartSettings([2, 3, 4])}}
+    module = NormalFilteringModule(**options, distillation=Distillation(teachers, weight=1.0))
+    plain = NormalFilteringModule(**options)
     values = [trainer(tmp_path).validate(one, joint(tmp_path), verbose=False)[0] for one in (module, plain)]
     assert values[0] == values[1]
 

@@ -52,3 +52,24 @@ def test_distance_is_the_root_and_its_gradient_is_finite_at_zero():
     torch.testing.assert_close(value, torch.tensor([0.0, 2.0**0.5]), atol=1e-5, rtol=0)
     value.sum().backward()
     assert normal.grad.isfinite().all()
+
+
+@pytest.mark.parametrize("distance", [SquaredNormalDistance(), NormalDistance()])
+def test_gradcheck(stages, distance):
+    batch = torch.tensor([0, 0, 0, 0, 0, 1, 1])
+    clean = torch.nn.functional.normalize(torch.arange(21.0, dtype=torch.float64).view(7, 3) - 9.5, dim=-1)
+    values = [value.double().requires_grad_() for stage in stages for value in stage]
+
+    def loss(normal, feature, other_normal, other_feature):
+        stages = [(normal, feature), (other_normal, other_feature)]
+        return tuple(JointLoss(alpha=0.3, intermediate_weight=0.7, distance=distance)(stages, clean, batch))
+
+    assert torch.autograd.gradcheck(loss, values)
+
+
+@pytest.mark.parametrize(("dtype", "expected"), [(torch.bfloat16, torch.float32), (torch.float64, torch.float64)])
+def test_is_computed_in_single_precision_or_better(stages, dtype, expected):
+    clean = torch.zeros(7, 3)
+    clean[:, 2] = 1
+    terms = JointLoss()([(normal.to(dtype), feature.to(dtype)) for normal, feature in stages], clean)
+    assert all(term.dtype == expected for term in terms)
