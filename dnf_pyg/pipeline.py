@@ -74,7 +74,8 @@ class DenoiseResult:
         """Write the denoised mesh; the ending of the path decides the format.
 
         Raises:
-            MeshFileError: If the format is unknown or the file cannot be written.
+            MeshFileError: If the format is unknown.
+            OutputError: If the file cannot be written.
         """
         save_mesh(self.mesh, self.pos, self.face, path)
 

@@ -22,6 +22,7 @@ from dnf_pyg import denoise
 from dnf_pyg.cli import main
 from dnf_pyg.io import read_mesh
 from dnf_pyg.nn import DNFNet
+from dnf_pyg.nn.config import describe_network
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "bad_input.md"
 TINY = {"k": (3, 4, 5), "channels": (8, 8, 8), "embedding_channels": 8, "residual_k": 3}
@@ -170,8 +171,9 @@ def prepared(case, place, weights, monkeypatch):
     elif case == "page or picture of several inputs":
         trimesh.creation.box().export(place / "box.ply")
         words |= {"input": ["noisy.ply", "box.ply"], "-o": ".", "more": ["--report", "page.html"]}
-    elif case == "no output named":
-        pass
+    elif case == "no output named for several inputs":
+        trimesh.creation.box().export(place / "box.ply")
+        words["input"] = ["noisy.ply", "box.ply"]
     elif case == "weights of no known name":
         words["more"] = ["--weights", "nonesuch"]
     elif case == "folder without weights":
@@ -195,7 +197,7 @@ def prepared(case, place, weights, monkeypatch):
         raise AssertionError(f"no test for the case '{case}'")
     if "--weights" not in words["more"]:
         words["more"] += ["--weights", str(weights)]
-    output = [] if case == "no output named" else ["-o", words["-o"]]
+    output = [] if "no output named" in case else ["-o", words["-o"]]
     return [*words["input"], *output, *words["more"]]
 
 
@@ -261,7 +263,7 @@ def test_checkpoint_of_other_neighbours_brings_its_own(place, capsys):
     torch.manual_seed(0)
     net = DNFNet(**{**TINY, "k": (2, 6, 9)})
     state = {f"net.{key}": value for key, value in net.state_dict().items()}
-    torch.save({"network": net.config, "state_dict": state}, place / "net.ckpt")
+    torch.save({"network": describe_network(net), "state_dict": state}, place / "net.ckpt")
     words = ["denoise", str(place / "noisy.ply"), "-o", str(place / "out.ply"), "--weights", str(place / "net.ckpt")]
     assert main(words) == 0
     mesh = trimesh.load(place / "noisy.ply", process=False)

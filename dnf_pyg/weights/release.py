@@ -17,6 +17,8 @@ if TYPE_CHECKING:  # so that releases are listed without torch
 
 __all__ = ["Release", "fingerprint", "packaged_releases", "read_release", "write_release"]
 
+_FOLDER = Path(__file__).parent
+
 _CARD = """\
 ---
 {data}
@@ -170,7 +172,7 @@ def packaged_releases() -> list[Release]:
     Raises:
         WeightsError: See :func:`read_release`.
     """
-    return [read_release(card.parent) for card in sorted(Path(__file__).parent.glob("*/README.md"))]
+    return [read_release(card.parent) for card in sorted(_FOLDER.glob("*/README.md"))]
 
 
 def _measured(benchmark: Mapping[str, Any] | None) -> str:

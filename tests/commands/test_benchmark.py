@@ -95,7 +95,7 @@ def test_failing_mesh_is_told_at_the_end(data, tmp_path, capsys):
     [
         (["--meshes", "cat"], "match"),
         (["--outputs", "nothing"], "TITLE=FOLDER"),
-        (["--outputs", "other=absent"], "name a folder"),
+        (["--outputs", "other=absent"], "Name a folder"),
         (["--published", "absent.csv"], "absent.csv"),
     ],
 )
