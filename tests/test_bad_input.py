@@ -22,6 +22,7 @@ from dnf_pyg import denoise
 from dnf_pyg.cli import main
 from dnf_pyg.io import read_mesh
 from dnf_pyg.nn import DNFNet
+from dnf_pyg.nn.config import describe_network
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "bad_input.md"
 TINY = {"k": (3, 4, 5), "channels": (8, 8, 8), "embedding_channels": 8, "residual_k": 3}
@@ -261,7 +262,7 @@ def test_checkpoint_of_other_neighbours_brings_its_own(place, capsys):
     torch.manual_seed(0)
     net = DNFNet(**{**TINY, "k": (2, 6, 9)})
     state = {f"net.{key}": value for key, value in net.state_dict().items()}
-    torch.save({"network": net.config, "state_dict": state}, place / "net.ckpt")
+    torch.save({"network": describe_network(net), "state_dict": state}, place / "net.ckpt")
     words = ["denoise", str(place / "noisy.ply"), "-o", str(place / "out.ply"), "--weights", str(place / "net.ckpt")]
     assert main(words) == 0
     mesh = trimesh.load(place / "noisy.ply", process=False)

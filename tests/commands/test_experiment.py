@@ -9,6 +9,7 @@ from dnf_pyg.cli import main
 from dnf_pyg.commands.experiment import find_run
 from dnf_pyg.evaluate.experiments import CASES
 from dnf_pyg.nn import DNFNet
+from dnf_pyg.nn.config import describe_network
 
 
 @pytest.fixture
@@ -32,7 +33,7 @@ def test_ablation_takes_finished_runs(data, weights, tmp_path, capsys):
     for name in ("ablation_wo_sub/version_0/checkpoints", "synthetic/version_1/checkpoints"):
         (tmp_path / "runs" / name).mkdir(parents=True)
         state = {f"net.{key}": value for key, value in net.state_dict().items()}
-        torch.save({"network": net.config, "state_dict": state}, tmp_path / "runs" / name / "best.ckpt")
+        torch.save({"network": describe_network(net), "state_dict": state}, tmp_path / "runs" / name / "best.ckpt")
     words = [data.parent, "-o", tmp_path / "out", "--runs", tmp_path / "runs", "--weights", f"1_unit={weights}"]
     assert run("ablation", *words, "--iterations", "2") == 0
     rows = {(row["case"], row["mesh"]): row for row in table(tmp_path / "out" / "ablation.csv")}

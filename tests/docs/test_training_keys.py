@@ -10,11 +10,12 @@ from lightning.pytorch import Trainer
 import dnf_pyg.datamodules
 from dnf_pyg.datamodules import JointDataModule, LoaderOptions
 from dnf_pyg.datamodules.patches import PatchDataModule
-from dnf_pyg.nn import DNFNet
+from dnf_pyg.nn import DNFNet, SurfaceDNFNet
 from dnf_pyg.patches import PatchOptions
 from dnf_pyg.train.distillation import Distillation
 from dnf_pyg.train.losses import JointLoss
 from dnf_pyg.train.module import NormalFilteringModule
+from dnf_pyg.train.settings import Thinning
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "training.md"
 TABLES = PAGE.read_text(encoding="utf-8").partition("## Every key")[2]
@@ -27,9 +28,10 @@ MODULES = [
 OWNERS = {
     "trainer": [Trainer],
     "model": [NormalFilteringModule],
-    "model.net": [DNFNet],
+    "model.net": [DNFNet, SurfaceDNFNet],
     "model.loss": [JointLoss],
     "model.distillation": [Distillation],
+    "model.thinning": [Thinning],
     "data": MODULES,
     "data.patches": [PatchOptions],
     "data.loader": [LoaderOptions],
