@@ -1,18 +1,28 @@
-"""The command ``dnf-pyg``: training and prediction through Lightning, and the mesh commands."""
+"""The command line program ``dnf-pyg``."""
 
-import argparse
+import difflib
 import io
 import os
 import sys
 import warnings
 from collections.abc import Sequence
-from typing import Any, NoReturn
+from pkgutil import resolve_name
+from typing import TextIO
 
 import dnf_pyg
 from dnf_pyg.commands import COMMANDS, LIGHTNING
-from dnf_pyg.errors import DNFError, MeshFileWarning
+from dnf_pyg.commands.parser import option_parser, parse_options, summary
+from dnf_pyg.commands.terminal import tell
+from dnf_pyg.errors import DenoiseWarning, DNFError, MeshFileWarning, OptionError
 
 __all__ = ["main"]
+
+_EXAMPLES = """\
+examples:
+  dnf-pyg denoise noisy.obj
+  dnf-pyg denoise scans -o denoised --fast
+  dnf-pyg compare noisy_denoised.obj clean.obj
+"""
 
 
 def main(args: Sequence[str] | None = None) -> int:
@@ -31,26 +41,19 @@ def main(args: Sequence[str] | None = None) -> int:
     words = list(sys.argv[1:] if args is None else args)
     if sys.stdout is None:  # closed by the caller
         sys.stdout = io.StringIO()
-    with warnings.catch_warnings():
-        warnings.simplefilter("always", MeshFileWarning)
-        warnings.showwarning = _show_warning  # type: ignore[assignment]
-        return _run(words)
-
-
-def _run(words: list[str]) -> int:
-    """Run one command line and turn what is wrong with it into a line on stderr and a status."""
+    os.environ.setdefault("GOMP_SPINCOUNT", "30000")  # let idle OpenMP threads sleep instead of busy-waiting
     try:
-        if words and words[0] in LIGHTNING:
-            LIGHTNING[words[0]][0].run(words)
-        else:
-            options = _parser().parse_args(words or ["--help"])
-            options.run(options)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", DenoiseWarning)  # commands report them themselves, with the mesh
+            warnings.simplefilter("always", MeshFileWarning)
+            warnings.showwarning = _show_warning
+            _run(words)
         sys.stdout.flush()  # a reader that has gone is noticed here, not at exit
     except DNFError as error:
-        sys.stderr.write(f"dnf-pyg: {' '.join(str(error).split())}\n")
+        tell(f"dnf-pyg: {' '.join(str(error).split())}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:
-        sys.stderr.write("dnf-pyg: interrupted\n")
+        tell("dnf-pyg: interrupted", file=sys.stderr)
         return 130
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # what is left to write goes nowhere
@@ -58,31 +61,66 @@ def _run(words: list[str]) -> int:
     return 0
 
 
-def _show_warning(message: Warning | str, category: type[Warning], *where: Any) -> None:
-    """Print a warning of ours as one line, and any other with its place in the source."""
-    ours = issubclass(category, MeshFileWarning)
-    sys.stderr.write(f"warning: {message}\n" if ours else warnings.formatwarning(message, category, *where[:2]))
+def _run(words: list[str]) -> None:
+    if not words or words[0] in ("-h", "--help"):
+        tell(*_overview().splitlines())
+    elif words[0] in ("-V", "--version"):
+        tell(dnf_pyg.__version__)
+    elif words[0] in LIGHTNING:
+        if words in (["fit"], ["validate"], ["test"]):
+            raise OptionError(
+                f"Expected -c CONFIG after `dnf-pyg {words[0]}` (got nothing). `dnf-pyg configs` lists the packaged "
+                "configs."
+            )
+        resolve_name(LIGHTNING[words[0]][0])(words)
+    else:
+        name = next((name for name in (" ".join(words[:2]), words[0]) if name in COMMANDS), None)
+        if name is None:
+            _run_group(words)
+            return
+        parser = option_parser(COMMANDS[name].options, f"dnf-pyg {name}")
+        options, _ = parse_options(parser, COMMANDS[name].options, words[len(name.split()) :])
+        resolve_name(COMMANDS[name].work)(options)
 
 
-class _Parser(argparse.ArgumentParser):
-    """Parser that tells a wrong word in one line, as all other bad input is told."""
+def _run_group(words: Sequence[str]) -> None:
+    """Show the commands of a group such as ``experiment``.
 
-    def error(self, message: str) -> NoReturn:
-        raise DNFError(f"{message}: see `{self.prog} --help`")
+    Raises:
+        OptionError: If there is no such command.
+    """
+    group = [name for name in COMMANDS if name.startswith(f"{words[0]} ")]
+    if group and words[1:] in ([], ["-h"], ["--help"]):
+        tell(f"usage: dnf-pyg {words[0]} COMMAND [OPTIONS]", "", "commands:", *_list(group))
+        return
+    known = group or [*LIGHTNING, *COMMANDS]
+    given = " ".join(words[: 1 + bool(group)])
+    near = difflib.get_close_matches(given, known, n=1)
+    remedy = f"Did you mean `dnf-pyg {near[0]}`?" if near else "See `dnf-pyg --help`."
+    raise OptionError(f"Expected a command (got '{given}'). {remedy}")
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = _Parser(
-        prog="dnf-pyg",
-        description=dnf_pyg.__doc__,
-        epilog="`dnf-pyg COMMAND --help` tells more.",
-    )
-    parser.add_argument("--version", action="version", version=dnf_pyg.__version__)
-    subparsers = parser.add_subparsers(metavar="COMMAND [OPTIONS]", required=True)
-    for name, (module, summary) in COMMANDS.items():
-        subparser = subparsers.add_parser(name, help=summary, description=module.__doc__)
-        module.add_arguments(subparser)
-        subparser.set_defaults(run=module.run)
-    for name, (_, summary) in LIGHTNING.items():  # listed here, parsed by Lightning
-        subparsers.add_parser(name, help=summary, add_help=False)
-    return parser
+def _overview() -> str:
+    """Text of ``dnf-pyg --help``."""
+    lines = [
+        "usage: dnf-pyg COMMAND [OPTIONS]",
+        f"\n{dnf_pyg.__doc__}\n\n{_EXAMPLES}",
+        "commands:",
+        *_list([*COMMANDS, *LIGHTNING]),
+        "\n`dnf-pyg COMMAND --help` lists the options of a command; `dnf-pyg -V` prints the version.",
+    ]
+    return "\n".join(lines)
+
+
+def _list(names: Sequence[str]) -> list[str]:
+    texts = {name: LIGHTNING[name][1] if name in LIGHTNING else summary(COMMANDS[name].options) for name in names}
+    return [f"    {name:<21} {text}" for name, text in texts.items()]
+
+
+def _show_warning(
+    message: Warning | str, category: type[Warning], filename: str, lineno: int, file: TextIO | None = None,
+    line: str | None = None,
+) -> None:  # fmt: skip
+    """Show a warning in one line; where it comes from matters only for those of other packages."""
+    origin = "" if category.__module__.startswith("dnf_pyg") else f"{filename}:{lineno}: {category.__name__}: "
+    tell(f"warning: {origin}{' '.join(str(message).split())}", file=file or sys.stderr)

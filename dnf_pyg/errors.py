@@ -3,9 +3,11 @@
 __all__ = [
     "DNFError",
     "DataError",
+    "DenoiseWarning",
     "MeshError",
     "MeshFileError",
     "MeshFileWarning",
+    "OptionError",
     "OutputError",
     "WeightsError",
 ]
@@ -37,3 +39,11 @@ class WeightsError(DNFError, ValueError):
 
 class DataError(DNFError, ValueError):
     """A training or test data set whose folder or files are not as expected."""
+
+
+class OptionError(DNFError, ValueError):
+    """An option or argument that is unknown, missing or out of its range."""
+
+
+class DenoiseWarning(UserWarning):
+    """A property of the input or the result that makes a denoised mesh less reliable."""

@@ -1,233 +1,281 @@
-"""Noisy mesh in, denoised mesh out: filter the facet normals, move the vertices."""
+"""Denoises a mesh: filters its facet normals patch by patch, then moves the vertices to fit them."""
 
-import time
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+import copy
+import warnings
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, nullcontext
+from dataclasses import dataclass, replace
+from itertools import islice
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 import torch
-import trimesh
 from numpy.typing import NDArray
 from torch import Tensor
+from torch_geometric.data import Batch
 
-from dnf_pyg.errors import MeshError
-from dnf_pyg.filtering import Progress, filter_normals
-from dnf_pyg.mesh.adjacency import boundary_vertices
-from dnf_pyg.mesh.geodesic import Growth
+from dnf_pyg.errors import DenoiseWarning, OptionError
+from dnf_pyg.io.inputs import as_input, as_mask, save_mesh
+from dnf_pyg.mesh import boundary_vertices, validate_mesh
+from dnf_pyg.mesh.geodesic import GROWTHS
 from dnf_pyg.mesh.noise_level import estimate_noise_level
-from dnf_pyg.mesh.validate import validate_mesh
+from dnf_pyg.mesh.topology import Topology
 from dnf_pyg.mesh.vertex_update import flipped_faces, update_vertices, without_flips
 from dnf_pyg.mesh.weld import weld
 from dnf_pyg.nn import FilteringNetwork
+from dnf_pyg.nn.thinning import evenly_spaced_ranks, select_ranks
+from dnf_pyg.options import FAST, FilterOptions, UpdateOptions, check_range
+from dnf_pyg.patches import FaceFeatures, PatchExtractor, cover, patch_to_data
+from dnf_pyg.patches.fusion import FusedNormals, PatchFusion
+from dnf_pyg.progress import Progress, Stopwatch, progress_bar
 from dnf_pyg.weights.load import DEFAULT_WEIGHTS, load_network
 
-__all__ = ["FAST", "DenoiseResult", "denoise"]
-
-FAST: Mapping[str, Any] = MappingProxyType({"min_coverage": 1, "neighbors": (10, 16, 24)})
-"""Arguments that trade at most 0.2 degrees for about twice the speed: ``denoise(mesh, **FAST)``."""
+__all__ = ["FAST", "DenoiseResult", "FilterOptions", "UpdateOptions", "denoise", "filter_normals"]
 
 
 @dataclass(frozen=True)
 class DenoiseResult:
-    """What :func:`denoise` returns.
+    """Result of :func:`denoise`.
 
     Attributes:
-        mesh: The denoised mesh; all but its vertex positions is as in the input.
-        normal: Filtered facet normals, (F, 3), unit length, that the vertices were moved to fit.
-        coverage: Number of patches that each face lay in, (F,).
-        confidence: How well these patches agree, (F,), up to 1.
-        noise_level: Estimate for the input, in mean edge lengths.
-        flipped_before: Faces of the input more than 90 degrees from their filtered normal.
-        flipped_after: Such faces of the result.
-        seconds: Time spent by stage.
-        warnings: What the user should know about the result, a sentence each.
+        mesh: The denoised mesh, of the kind that was given (:class:`~dnf_pyg.io.MeshFile` for a path); all but its
+            vertex positions is as in the input.
+        pos: Its vertex positions, (V, 3) float64.
+        face: Its triangles, (3, F).
+        normal: Filtered facet normals, (F, 3), unit length, which the vertices were moved to fit.
+        coverage: Number of patches that held each face, (F,).
+        confidence: Agreement of these patches, (F,), up to 1.
+        noise_level: Estimated noise level of the input, in mean edge lengths.
+        flipped_before: Number of faces of the input more than 90 degrees from their filtered normal.
+        flipped_after: Number of such faces of the result.
+        seconds: Time by stage.
+        warnings: Properties of the input or result that make it less reliable, a sentence each.
     """
 
-    mesh: trimesh.Trimesh
+    mesh: Any
+    pos: Tensor
+    face: Tensor
     normal: Tensor
     coverage: Tensor
     confidence: Tensor
     noise_level: float
     flipped_before: int
     flipped_after: int
-    seconds: dict[str, float] = field(default_factory=dict)
-    warnings: list[str] = field(default_factory=list)
+    seconds: dict[str, float]
+    warnings: list[str]
 
     @property
-    def pos(self) -> Tensor:
-        """Vertex positions of the denoised mesh, (V, 3) float64."""
-        return torch.tensor(np.asarray(self.mesh.vertices), dtype=torch.float64)
+    def vertices(self) -> NDArray[np.float64]:
+        """Vertex positions of the denoised mesh, (V, 3)."""
+        return self.pos.numpy()
+
+    def save(self, path: str | Path) -> None:
+        """Write the denoised mesh; the ending of the path decides the format.
+
+        Raises:
+            MeshFileError: If the format is unknown or the file cannot be written.
+        """
+        save_mesh(self.mesh, self.pos, self.face, path)
 
 
+@contextmanager
+def _cpu_by_default() -> Iterator[None]:
+    """Create tensors on the CPU, whatever ``torch.set_default_device`` says."""
+    with torch.device("cpu"):
+        yield
+
+
+@_cpu_by_default()
 def denoise(
-    mesh: trimesh.Trimesh,
+    mesh: Any,
     weights: str | Path | FilteringNetwork = DEFAULT_WEIGHTS,
     *,
-    strength: float = 1.0,
-    max_move: float = float("inf"),
-    num_iterations: int = 60,
-    max_correlation: float = -0.03,
-    repeat: int = 1,
+    filtering: FilterOptions = FilterOptions(),
+    update: UpdateOptions = UpdateOptions(),
+    num_passes: int = 1,
     mask: Tensor | NDArray[np.bool_] | None = None,
-    preserve_boundary: bool = False,
-    growth: Growth | None = None,
-    patch_size: int = 800,
-    min_coverage: int = 2,
-    neighbors: Sequence[int] | None = None,
-    batch_size: int = 4,
-    seed: int = 0,
-    device: str | torch.device = "cpu",
-    precision: torch.dtype = torch.float32,
-    progress: Progress | None = None,
+    progress: bool | Progress | None = None,
 ) -> DenoiseResult:
     """Denoise a triangle mesh.
 
-    Copies of a vertex at one place (seams of textures, triangle soups) move together. The result moves, scales and
-    turns with the mesh (turns: for weights with ``align``, else nearly).
+    Copies of a vertex at the same position (texture seams, triangle soups) move together. The result is equivariant to
+    scaling and translation, and to rotation for networks that turn patches into a frame of their own.
 
     Args:
-        mesh: The noisy mesh; it is not changed.
+        mesh: The noisy mesh, which is not changed: a path, ``(vertices, faces)``, a PyG ``Data`` with ``pos`` and
+            ``face``, or a mesh of trimesh, PyVista, Open3D or meshio; see :func:`~dnf_pyg.io.inputs.as_input`.
         weights: Name of packaged weights, a folder, a checkpoint (see :func:`load_network`), or a network.
-        strength: Share of the way that vertices go, from 0 (the mesh stays as it is) to 1.
-        max_move: Largest movement of a vertex, in mean edge lengths.
-        num_iterations: Most iterations of the vertex update.
-        max_correlation: The vertex update ends when neighbouring vertices have begun to move alike, by this correlation
-            (:func:`~dnf_pyg.mesh.vertex_update.update_vertices`): that takes shape away, not noise. 1 runs all
-            iterations, which suits noise that is alike at neighbouring vertices, as some scanners have it.
-        repeat: Times that the network filters, each time its own result; 2 suits strong noise.
+        filtering: How the facet normals are filtered.
+        update: How the vertices are moved.
+        num_passes: Number of times the network filters the normals, each time those of its own result. Two passes suit
+            strong noise on smooth surfaces.
         mask: Vertices that may move, (V,) bool; all if not given.
-        preserve_boundary: Leave vertices on open boundaries in place.
-        growth: How a patch grows around its seed: ``DijkstraGrowth()``, the default, or ``HeatGrowth()``.
-        patch_size: Faces per patch.
-        min_coverage: Patches that every face lies in, at least.
-        neighbors: Neighbours per face on each level of the network, spread over the nearest; all it knows if not given.
-        batch_size: Patches per call of the network.
-        seed: Seed of the choice of patches; the same seed gives the same result.
-        device: Where the network runs.
-        precision: ``torch.float32``, or ``torch.bfloat16`` on hardware that is faster with it.
-        progress: Called with the number of faces covered so far and their total, over all repeats.
+        progress: True shows a progress bar; a function is called with the number of faces done, over all passes, and
+            their total.
 
     Returns:
-        The denoised mesh and what led to it.
+        The denoised mesh and figures about it.
 
     Raises:
-        MeshError: If it is no ``trimesh.Trimesh``, or has no faces or coordinates that are not finite.
-        WeightsError: If the weights cannot be loaded, or have another number of levels than ``neighbors``.
-        ValueError: If an argument is out of range.
+        MeshError: If the mesh is of an unknown kind, has no faces, or has coordinates that are not finite.
+        MeshFileError: If it is a path that cannot be read.
+        WeightsError: If the weights cannot be loaded.
+        OptionError: If an option is out of its range.
+
+    Warns:
+        DenoiseWarning: For each entry of ``warnings`` of the result.
     """
-    if not isinstance(mesh, trimesh.Trimesh):
-        raise MeshError(
-            f"Expected 'mesh' as a trimesh.Trimesh (got {type(mesh).__name__}): read it with trimesh.load_mesh or "
-            "dnf_pyg.io.read_mesh(path).mesh"
-        )
-    mask = None if mask is None else torch.as_tensor(mask)
-    _check(strength, repeat, mask, len(mesh.vertices))
-    if batch_size < 1:
-        raise ValueError(f"Expected 'batch_size' of at least 1 (got {batch_size})")
-    if precision not in (torch.float32, torch.bfloat16):
-        raise ValueError(f"Expected 'precision' torch.float32 or torch.bfloat16 (got {precision})")
+    check_range("num_passes", num_passes, int, 1, float("inf"))
+    watch = Stopwatch()
+    source = as_input(mesh)
     net = weights if isinstance(weights, FilteringNetwork) else load_network(weights)
-    original = torch.tensor(np.asarray(mesh.vertices), dtype=torch.float64)
-    face = torch.tensor(np.asarray(mesh.faces), dtype=torch.long).reshape(-1, 3).t().contiguous()
-    validate_mesh(original, face)
-    started = time.perf_counter()
-    welded = weld(original, face)
-    noise_level = estimate_noise_level(welded.pos, welded.face)
-    fixed = _fixed_vertices(welded.vertex_id, welded.face, len(welded.pos), mask, preserve_boundary)
-    seconds = {"prepare": time.perf_counter() - started, "patches": 0.0, "network": 0.0, "fuse": 0.0, "update": 0.0}
-    num_faces = face.size(1)
-    pos = welded.pos
-    for turn in range(repeat):
-        filtered = filter_normals(
-            net,
-            pos,
-            welded.face,
-            growth=growth,
-            patch_size=patch_size,
-            min_coverage=min_coverage,
-            neighbors=neighbors,
-            batch_size=batch_size,
-            seed=seed + turn,
-            device=device,
-            precision=precision,
-            progress=progress and _later(progress, turn * num_faces, repeat * num_faces),
-        )
-        started = time.perf_counter()
-        normal = filtered.normal.double()
-        limit = max_move / strength if strength > 0 else 0.0
-        pos = update_vertices(
-            welded.pos,
-            welded.face,
-            normal,
-            num_iterations,
-            max_correlation=max_correlation,
-            max_move=limit,
-            fixed=fixed,
-        )
-        seconds["update"] += time.perf_counter() - started
-        for stage, spent in filtered.seconds.items():
-            seconds[stage] += spent
-    final = torch.where((pos != welded.pos).any(dim=1, keepdim=True), welded.pos.lerp(pos, strength), welded.pos)
-    if 0 < strength < 1:  # halfway, a face may lie the wrong way round that does so at neither end
-        final = without_flips(final, welded.pos, welded.face, normal)
-    denoised = mesh.copy()
-    denoised.vertices = final[welded.vertex_id].numpy()
-    flipped = [int(flipped_faces(where, welded.face, normal).sum()) for where in (welded.pos, final)]
+    validate_mesh(source.pos, source.face)
+    movable = as_mask(mask, len(source.pos))
+    start, face, vertex_id = weld(source.pos, source.face)
+    topology = Topology(face, len(start))
+    noise_level = estimate_noise_level(start, face)
+    fixed = torch.ones(len(start), dtype=torch.bool)
+    fixed[vertex_id[movable]] = False  # a vertex stays where none of its copies may move
+    if update.preserve_boundary:
+        fixed |= boundary_vertices(face, len(start))
+    watch.lap("prepare")
+    pos = start
+    bar = nullcontext(progress) if callable(progress) else progress_bar("filtering", "face", hidden=not progress)
+    with bar as report:
+        for turn in range(num_passes):
+            fused = filter_normals(
+                net,
+                pos,
+                face,
+                replace(filtering, seed=filtering.seed + turn),
+                topology=topology,
+                progress=_part(report, turn, num_passes),
+                watch=watch,
+            )
+            normal = fused.normal.double()
+            pos = update_vertices(
+                start,
+                face,
+                normal,
+                update.num_iterations,
+                max_correlation=update.max_correlation,
+                max_move=update.max_move / update.strength if update.strength > 0 else 0.0,
+                fixed=fixed,
+                topology=topology,
+            )
+            watch.lap("update")
+    final = torch.where((pos != start).any(dim=1, keepdim=True), start.lerp(pos, update.strength), start)
+    if 0 < update.strength < 1:  # halfway, a face may be flipped that is so at neither end
+        final = without_flips(final, start, face, normal)
+    num_flipped = [int(flipped_faces(where, face, normal).sum()) for where in (start, final)]
+    final = final[vertex_id]
+    found = _warnings(noise_level, net.noise_range, num_flipped[1])
+    for text in found:
+        warnings.warn(text, DenoiseWarning, stacklevel=3)
     return DenoiseResult(
-        denoised,
-        filtered.normal,
-        filtered.coverage,
-        filtered.confidence,
-        noise_level,
-        flipped[0],
-        flipped[1],
-        seconds,
-        _warnings(noise_level, net.noise_range, flipped[1]),
+        mesh=source.with_positions(final),
+        pos=final,
+        face=source.face,
+        normal=fused.normal,
+        coverage=fused.coverage,
+        confidence=fused.confidence,
+        noise_level=noise_level,
+        flipped_before=num_flipped[0],
+        flipped_after=num_flipped[1],
+        seconds=watch.seconds,
+        warnings=found,
     )
 
 
-def _check(strength: float, repeat: int, mask: Tensor | None, num_vertices: int) -> None:
-    if not 0 <= strength <= 1:
-        raise ValueError(f"Expected 'strength' from 0 to 1 (got {strength})")
-    if repeat < 1:
-        raise ValueError(f"Expected 'repeat' of at least 1 (got {repeat})")
-    if mask is not None and (mask.shape != (num_vertices,) or mask.dtype != torch.bool):
-        raise ValueError(f"Expected 'mask' of shape [{num_vertices}] and bool (got {list(mask.shape)} {mask.dtype})")
+@_cpu_by_default()
+@torch.no_grad()
+def filter_normals(
+    net: FilteringNetwork,
+    pos: Tensor,
+    face: Tensor,
+    filtering: FilterOptions = FilterOptions(),
+    *,
+    topology: Topology | None = None,
+    progress: Progress = lambda done, total: None,
+    watch: Stopwatch | None = None,
+) -> FusedNormals:
+    """Filter the facet normals of a mesh patch by patch, and fuse them where patches overlap.
+
+    Args:
+        net: The network. It runs in evaluation mode, and is not changed.
+        pos: Noisy vertex positions, (V, 3).
+        face: Vertices of each face, (3, F).
+        filtering: How the facet normals are filtered.
+        topology: Connectivity of the mesh, which then is not validated; computed if not given.
+        progress: Called with the number of faces covered so far and their total.
+        watch: Takes the time of each stage.
+
+    Returns:
+        Filtered normals, (F, 3), with the coverage and confidence of each face.
+
+    Raises:
+        MeshError: See :func:`~dnf_pyg.mesh.validate_mesh`.
+        OptionError: If ``filtering.k`` does not have one entry for each level of the network.
+    """
+    if filtering.k is not None and len(filtering.k) != len(net.k):
+        raise OptionError(
+            f"Expected 'k' with {len(net.k)} numbers, one for each level of the network (got {filtering.k}). Change it."
+        )
+    if topology is None:
+        validate_mesh(pos, face)
+        topology = Topology(face, len(pos))
+    watch = watch or Stopwatch()
+    device = torch.device(filtering.device)
+    net = _ready(net, device)
+    pos = (pos - pos.mean(dim=0)) / topology.mean_edge_length(pos).clamp(min=torch.finfo(pos.dtype).tiny)
+    features = FaceFeatures.from_mesh(pos, face)
+    extractor = PatchExtractor(pos, face, GROWTHS[filtering.growth](), filtering.patch_size, max(net.k), topology)
+    generator = torch.Generator().manual_seed(filtering.seed)
+    patches = cover(extractor, min_coverage=filtering.coverage, generator=generator)
+    fusion = PatchFusion(extractor.num_faces)
+    while group := list(islice(patches, filtering.batch_size)):
+        batch = Batch.from_data_list([patch_to_data(patch, features) for patch in group])
+        watch.lap("patches")
+        with torch.autocast(device.type, dtype=torch.bfloat16, enabled=filtering.precision == "bf16"):
+            sent = batch.to(device)
+            filtered = net(**net.gather(sent, _edges(sent, net.k, filtering.k)))
+        watch.lap("network")
+        fusion.add(group, filtered.float().cpu())
+        progress(int((fusion.coverage >= filtering.coverage).sum()), extractor.num_faces)
+        watch.lap("fuse")
+    watch.lap("patches")
+    return fusion.result()
 
 
-def _fixed_vertices(
-    vertex_id: Tensor, face: Tensor, num_vertices: int, mask: Tensor | None, preserve_boundary: bool
-) -> Tensor:
-    """Distinct vertices that stay, (U,): on a boundary, or none of whose copies is in the mask."""
-    fixed = torch.zeros(num_vertices, dtype=torch.bool)
-    if mask is not None:
-        fixed[:] = True
-        fixed[vertex_id[mask]] = False
-    return fixed | boundary_vertices(face, num_vertices) if preserve_boundary else fixed
+def _ready(net: FilteringNetwork, device: torch.device) -> FilteringNetwork:
+    """The network in evaluation mode on a device: itself, or a copy, so that the caller's is never changed."""
+    tensors = [*net.parameters(), *net.buffers()]
+    if not any(module.training for module in net.modules()) and all(tensor.device == device for tensor in tensors):
+        return net
+    return copy.deepcopy(net).eval().to(device)
+
+
+def _edges(batch: Batch, k: Sequence[int], wanted: Sequence[int] | None) -> list[Tensor] | None:
+    """Edges of each level of the network, if fewer neighbours are wanted than it was trained with."""
+    if wanted is None:
+        return None
+    ranks = (evenly_spaced_ranks(most, min(most, few)) for most, few in zip(k, wanted, strict=True))
+    return [select_ranks(batch.edge_index, batch.edge_attr, level) for level in ranks]
+
+
+def _part(report: Progress, turn: int, num_passes: int) -> Progress:
+    """Report the progress of one pass as that of a part of all passes."""
+    return lambda done, total: report(turn * total + done, num_passes * total)
 
 
 def _warnings(noise_level: float, noise_range: tuple[float, float] | None, num_flipped: int) -> list[str]:
-    found = []
     lowest, highest = noise_range or (0.0, float("inf"))
-    if noise_level < lowest:
-        found.append(
-            f"The noise level of about {noise_level:.3f} mean edge lengths is below {lowest}, the least that the "
-            "weights were trained on: fine detail may be smoothed away; a lower strength keeps it."
-        )
-    if noise_level > highest:
-        found.append(
-            f"The noise level of about {noise_level:.2f} mean edge lengths is above {highest}, the most that the "
-            "weights were trained on: repeat the filter, or train on such noise."
-        )
-    if num_flipped:
-        found.append(
-            f"Faces that lie the wrong way round, folds of the input that could not be unfolded: {num_flipped}."
-        )
-    return found
-
-
-def _later(progress: Progress, done_before: int, total: int) -> Progress:
-    return lambda done, _: progress(done_before + done, total)
+    found = {
+        f"The noise level of about {noise_level:.3f} mean edge lengths is below {lowest}, the lowest that the weights "
+        "were trained on: fine detail may be smoothed away. A lower strength keeps it.": noise_level < lowest,
+        f"The noise level of about {noise_level:.2f} mean edge lengths is above {highest}, the highest that the "
+        "weights were trained on. Use two passes, or train on such noise.": noise_level > highest,
+        f"Faces that remain flipped because the input is folded there: {num_flipped}.": num_flipped > 0,
+    }
+    return [text for text, applies in found.items() if applies]

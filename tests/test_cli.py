@@ -1,13 +1,17 @@
 import json
+import os
 import subprocess
 import sys
+import warnings
 from pathlib import Path
 
 import pytest
 import torch
 import trimesh
 
+import dnf_pyg
 from dnf_pyg.cli import main
+from dnf_pyg.commands import COMMANDS, LIGHTNING
 from dnf_pyg.io import read_mesh
 from dnf_pyg.nn import DNFNet
 
@@ -45,12 +49,134 @@ def failure(capsys, *words):
 
 
 def test_help_lists_every_command(capsys):
-    with pytest.raises(SystemExit) as stop:
-        main(["--help"])
-    assert stop.value.code == 0
+    assert main(["--help"]) == 0
     text = capsys.readouterr().out
-    for command in ("fit", "validate", "test", "predict", "denoise", "compare", "add-noise", "configs"):
+    for command in [*COMMANDS, *LIGHTNING]:
         assert f"\n    {command} " in text
+    assert text.index("dnf-pyg denoise noisy.obj") < text.index("commands:")
+    assert main([]) == 0
+    assert capsys.readouterr().out == text
+
+
+@pytest.mark.parametrize("words", [["experiment"], ["experiment", "--help"]])
+def test_commands_of_a_group(words, capsys):
+    assert main(words) == 0
+    assert "\n    experiment ablation " in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("words", [["-V"], ["--version"]])
+def test_version(words, capsys):
+    assert main(words) == 0
+    assert capsys.readouterr().out == f"{dnf_pyg.__version__}\n"
+
+
+def test_runs_as_a_module():
+    done = subprocess.run([sys.executable, "-m", "dnf_pyg", "-V"], capture_output=True, text=True)
+    assert (done.returncode, done.stdout) == (0, f"{dnf_pyg.__version__}\n")
+
+
+HEAVY = ("torch", "lightning", "trimesh", "numba", "matplotlib", "numpy", "scipy", "torch_geometric")
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["--help"], ["--version"], ["configs"], ["configs", "demo"], ["weights"], ["denoise", "--help"], ["fit"],
+        ["denoize"], ["experiment", "scor"], ["denoise", "a.obj", "--strenght", "1"], ["compare"],
+        ["make-shape", "blob"], ["experiment", "series", "noise-levels", "--dta"],
+        ["denoise", "a.obj", "--strength", "2"], ["benchmark"],
+    ],
+    ids=" ".join,
+)  # fmt: skip
+def test_help_and_typing_errors_import_nothing_heavy(words):
+    code = (
+        f"import sys, contextlib, dnf_pyg.cli\nwith contextlib.suppress(SystemExit):\n    dnf_pyg.cli.main({words})\n"
+    )
+    code += f"print('LOADED', sorted(set({HEAVY}) & set(sys.modules)))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.stdout.splitlines()[-1] == "LOADED []", done.stderr
+
+
+def test_importing_the_package_is_light_and_changes_no_environment():
+    code = (
+        "import os, sys; before = dict(os.environ); import dnf_pyg; "
+        f"assert not set({HEAVY}) & set(sys.modules), sorted(sys.modules); assert dict(os.environ) == before; "
+        "dnf_pyg.denoise, dnf_pyg.load_network; assert dict(os.environ) == before; assert 'torch' in sys.modules; "
+        "assert set(dnf_pyg.__all__) <= set(dir(dnf_pyg))"
+    )
+    quiet = {name: value for name, value in os.environ.items() if name != "GOMP_SPINCOUNT"}
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=quiet)
+    assert done.returncode == 0, done.stderr
+
+
+def test_unknown_name_of_the_package():
+    with pytest.raises(AttributeError, match="'dnf_pyg' has no attribute 'denoize'"):
+        _ = dnf_pyg.denoize
+
+
+def test_program_lets_idle_threads_sleep_before_torch_is_imported(monkeypatch, capsys):
+    monkeypatch.delenv("GOMP_SPINCOUNT", raising=False)
+    assert main(["-V"]) == 0
+    assert os.environ["GOMP_SPINCOUNT"] == "30000"
+    monkeypatch.setenv("GOMP_SPINCOUNT", "5")
+    assert main(["-V"]) == 0
+    assert os.environ["GOMP_SPINCOUNT"] == "5"
+
+
+def test_names_with_terminal_sequences_are_escaped(capsys, tmp_path, weights):
+    name = "a\x1b[31m\nb.ply"
+    assert r"a\x1b[31m b.ply" in failure(capsys, "compare", tmp_path / name, tmp_path / name)
+    trimesh.creation.icosphere(subdivisions=1).export(tmp_path / "ball.ply")
+    (tmp_path / "ball.ply").rename(tmp_path / name)
+    (tmp_path / "out").mkdir()
+    (tmp_path / "bad\x1b.ply").write_text("no mesh")
+    assert main(["denoise", str(tmp_path), "-o", str(tmp_path / "out"), "--weights", str(weights)]) == 2
+    assert main(["denoise", str(tmp_path), "-o", str(tmp_path / "out"), "--weights", str(weights)]) == 2
+    told = "".join(capsys.readouterr())
+    assert r"a\x1b[31m\nb.ply: " in told
+    assert r"already there" in told
+    assert "\x1b" not in told
+
+
+def test_terminal_that_cannot_show_a_name(tmp_path, weights):
+    trimesh.creation.icosphere(subdivisions=1).export(tmp_path / "ball.ply")
+    (tmp_path / "ball.ply").rename(tmp_path / "kätzchen猫.ply")
+    words = ["denoise", str(tmp_path / "kätzchen猫.ply"), "--weights", str(weights)]
+    environment = {**os.environ, "PYTHONIOENCODING": "ascii", "PYTHONUTF8": "1", "OMP_NUM_THREADS": "1"}
+    done = subprocess.run([sys.executable, "-m", "dnf_pyg", *words], capture_output=True, text=True, env=environment)
+    assert (done.returncode, "Traceback" in done.stderr) == (0, False), done.stderr
+    assert r"k\xe4tzchen\u732b_denoised.ply" in done.stdout
+
+
+def test_warnings_are_one_line(capsys, monkeypatch):
+    def warn(options):
+        warnings.warn("a\x1b name", DNFWarning, stacklevel=1)
+        warnings.warn("of others", UserWarning, stacklevel=1)
+
+    class DNFWarning(UserWarning):
+        """Stands in for those of the package."""
+
+    DNFWarning.__module__ = "dnf_pyg.errors"
+    monkeypatch.setattr("dnf_pyg.commands.configs.run", warn)
+    assert main(["configs"]) == 0
+    first, second = capsys.readouterr().err.splitlines()
+    assert first == r"warning: a\x1b name"
+    assert second.endswith("UserWarning: of others")
+
+
+@pytest.mark.parametrize("command", ["fit", "validate", "test"])
+def test_training_needs_a_config(command, capsys):
+    assert f"Expected -c CONFIG after `dnf-pyg {command}` (got nothing). `dnf-pyg configs`" in failure(capsys, command)
+
+
+@pytest.mark.parametrize("command", [["make-shape", "blob", "--faces", "300"], ["add-noise", "clean.ply"]])
+def test_output_is_replaced_on_demand_only(command, clean_file, capsys, monkeypatch):
+    monkeypatch.chdir(clean_file.parent)
+    clean_file.with_name("out.ply").write_bytes(b"precious")
+    assert "Add --overwrite to replace it." in failure(capsys, *command, "-o", "out.ply")
+    assert clean_file.with_name("out.ply").read_bytes() == b"precious"
+    assert main([*command, "-o", "out.ply", "--overwrite"]) == 0
+    assert read_mesh("out.ply").face.size(1) > 100
 
 
 def test_add_noise_is_seeded_and_of_the_level_asked(clean_file, noisy_file, tmp_path):
@@ -129,24 +255,27 @@ def test_configs_are_listed_and_copied(capsys, tmp_path):
     assert "synthetic" in capsys.readouterr().out
     copy = tmp_path / "mine.yaml"
     assert main(["configs", "demo", "-o", str(copy)]) == 0
-    assert "dnf_pyg.nn.DNFNet" in copy.read_text()
+    assert "seed_everything" in copy.read_text()
     assert "mine.yaml" in failure(capsys, "configs", "demo", "-o", copy)
 
 
 @pytest.mark.parametrize(
     ("words", "told"),
     [
-        (["add-noise", "a.ply", "-o", "b.ply", "--level", "-1"], "--level: Expected a number of at least 0 (got -1)"),
+        (["add-noise", "a.ply", "-o", "b.ply", "--level", "-1"], "'level' to be a number of at least 0 (got -1.0)"),
         (
             ["make-shape", "blob", "-o", "b.ply", "--faces", "0"],
-            "--faces: Expected a whole number of at least 1 (got 0)",
+            "'faces' to be a whole number of at least 1 (got 0)",
         ),
-        (["denoise", "a.ply", "-o", "b.ply", "--seed", "-1"], "--seed: Expected a whole number from 0 to"),
-        (["denoise", "a.ply", "-o", "b.ply", "--iterations", "2.5"], "a whole number of at least 1 (got 2.5)"),
-        (["denoise", "a.ply", "-o", "b.ply", "--patch-size", "99999"], "from 1 to 32767 (got 99999)"),
-        (["denoise", "a.ply", "-o", "b.ply", "--strength", "half"], "Expected a number from 0 to 1 (got half)"),
-        (["denoise", "", "-o", "b.ply"], "Expected a path (got an empty word)"),
-        (["denoize"], "invalid choice: 'denoize' (choose from 'denoise'"),
+        (["denoise", "a.ply", "-o", "b.ply", "--seed", "-1"], "'seed' to be a whole number from 0 to"),
+        (
+            ["denoise", "a.ply", "-o", "b.ply", "--num_iterations", "2.5"],
+            "'num_iterations' to be a whole number (got 2.5)",
+        ),
+        (["denoise", "a.ply", "-o", "b.ply", "--patch_size", "99999"], "from 1 to 32767 (got 99999)"),
+        (["denoise", "a.ply", "-o", "b.ply", "--strength", "half"], "'strength' to be a number (got half)"),
+        (["denoise", "", "-o", "b.ply"], "Expected no empty words (got '')"),
+        (["denoize"], "Expected a command (got 'denoize'). Did you mean `dnf-pyg denoise`?"),
     ],
 )
 def test_wrong_words_are_refused_in_one_line(words, told, capsys):

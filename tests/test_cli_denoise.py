@@ -38,7 +38,7 @@ def noisy_file(tmp_path, cube_mesh):
 @pytest.fixture
 def call(weights, capsys):
     def called(*words):
-        status = main(["denoise", *map(str, words), "--weights", str(weights), "--patch-size", "200"])
+        status = main(["denoise", *map(str, words), "--weights", str(weights), "--patch_size", "200"])
         told = capsys.readouterr()
         return status, told.out, told.err
 
@@ -63,6 +63,21 @@ def test_json_picture_and_report(call, noisy_file, tmp_path):
     assert (status, out) == (2, "")
     assert "--overwrite" in err
     assert call(noisy_file, "-o", outputs[0], "--overwrite")[0] == 0
+
+
+def test_output_beside_the_input_by_default(call, noisy_file, tmp_path):
+    assert call(noisy_file)[0] == 0
+    assert torch.equal(read_mesh(tmp_path / "noisy_denoised.ply").face, read_mesh(noisy_file).face)
+    status, _, err = call(noisy_file)
+    assert (status, "noisy_denoised.ply', which exists" in err) == (2, True)
+    status, _, err = call(tmp_path)
+    assert (status, "Expected -o FOLDER for several inputs" in err) == (2, True)
+
+
+def test_options_from_a_file(call, noisy_file, tmp_path):
+    (tmp_path / "many.yaml").write_text("strength: 0.0\nnum_iterations: 3\n")
+    assert call(noisy_file, "-o", tmp_path / "out.ply", "-c", tmp_path / "many.yaml")[0] == 0
+    assert (tmp_path / "out.ply").read_bytes() == noisy_file.read_bytes()
 
 
 def test_strength_zero_keeps_the_bytes(call, noisy_file, tmp_path):

@@ -11,7 +11,7 @@ from dnf_pyg.cli import main
 from dnf_pyg.datamodules import GeneratedDataModule
 from dnf_pyg.datamodules.options import LoaderOptions
 from dnf_pyg.datasets.pairing import split_pairs
-from dnf_pyg.nn import DNFNet, SurfaceDNFNet
+from dnf_pyg.nn import DNFNet
 from dnf_pyg.patches import PatchOptions
 
 CONFIGS = sorted((Path(__file__).resolve().parents[1] / "configs").glob("*.yaml"))

@@ -70,7 +70,7 @@ def weights(tmp_path_factory):
 def denoised(tmp_path, weights, capsys):
     def run(source, *more):
         output = tmp_path / f"out{source.suffix}"
-        words = [source, "-o", output, "--weights", weights, "--patch-size", "20", "--json", "--overwrite", *more]
+        words = [source, "-o", output, "--weights", weights, "--patch_size", "20", "--json", "--overwrite", *more]
         status = main(["denoise", *map(str, words)])
         told = capsys.readouterr()
         assert status == 0, told.err
@@ -108,7 +108,7 @@ def test_fault_is_taken(tmp_path, denoised, pos, face):
 
 def test_boundary_stays_in_place(tmp_path, denoised):
     write_mesh(trimesh.Trimesh(POS.numpy(), FACE.t().numpy(), process=False), POS, tmp_path / "noisy.ply")
-    before, after = denoised(tmp_path / "noisy.ply", "--preserve-boundary")
+    before, after = denoised(tmp_path / "noisy.ply", "--preserve_boundary")
     inside = ((POS[:, :2] > 0) & (POS[:, :2] < 4)).all(dim=1)
     assert torch.equal(after.pos[~inside], before.pos[~inside])
     assert (after.pos[inside] != before.pos[inside]).any()

@@ -17,13 +17,15 @@ ELSEWHERE = {  # parts that only show in what is made of them
     "commands/test_predict.py": ["datamodules/mesh_files.py", "dnf_pyg/train/prediction.py"],
     "commands/test_train.py": ["dnf_pyg/commands/run_folder.py"],
     "test_bad_input.py": ["dnf_pyg/errors.py"],
-    "test_cli.py": [f"dnf_pyg/commands/{name}.py" for name in ("add_noise", "compare", "configs", "make_shape")],
+    "test_cli.py": [f"dnf_pyg/commands/{name}.py" for name in ("add_noise", "compare", "configs", "make_shape")]
+    + ["dnf_pyg/__main__.py"],
     "test_cli_denoise.py": ["dnf_pyg/commands/denoise.py", "dnf_pyg/commands/outcome.py"],
-    "commands/test_benchmark.py": ["dnf_pyg/commands/methods.py"],
+    "commands/test_parser.py": ["dnf_pyg/commands/options.py"],
+    "commands/test_benchmark.py": ["dnf_pyg/commands/evaluation_options.py", "dnf_pyg/commands/methods.py"],
+    "commands/test_weights.py": ["dnf_pyg/commands/export_weights.py"],
     "commands/test_experiment.py": [
         f"dnf_pyg/evaluate/experiments/{name}.py" for name in ("ablation", "scores", "series_report")
     ],
-    "test_pipeline.py": ["dnf_pyg/filtering.py"],
     "evaluate/baselines/test_bilateral.py": ["dnf_pyg/evaluate/baselines/filtered.py"],
     "patches/test_seeds.py": ["dnf_pyg/patches/coverage.py"],
     "datasets/test_datasets.py": [

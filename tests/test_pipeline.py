@@ -1,18 +1,25 @@
+import copy
+from contextlib import nullcontext
+
+import numpy as np
 import pytest
 import torch
 import trimesh
+from torch_geometric.data import Data
 
-from dnf_pyg import FAST, MeshError, WeightsError, denoise
-from dnf_pyg.mesh import DijkstraGrowth, HeatGrowth
+from dnf_pyg import FAST, DenoiseWarning, FilterOptions, MeshError, OptionError, UpdateOptions, denoise
+from dnf_pyg.io import MeshFile, read_mesh
+from dnf_pyg.mesh import Topology
 from dnf_pyg.mesh.geometry import mean_edge_length
-from dnf_pyg.nn import DNFNet
+from dnf_pyg.nn import SurfaceDNFNet
+from dnf_pyg.pipeline import filter_normals
 
 
 @pytest.fixture(scope="module")
 def net():
     """A small network with weights as drawn: what it makes of normals is wrong, but the same wherever they are."""
     torch.manual_seed(0)
-    net = DNFNet(k=(4, 6, 8), channels=(8, 8, 8), embedding_channels=8, residual_k=4, align=True)
+    net = SurfaceDNFNet(k=(4, 6, 8), channels=(8, 8, 8), embedding_channels=8, residual_k=4)
     return net.eval()
 
 
@@ -31,8 +38,10 @@ def edge_length(mesh):
     return float(mean_edge_length(positions(mesh), torch.tensor(mesh.faces).t()))
 
 
-def run(mesh, net, **settings):
-    return denoise(mesh, net, **{"patch_size": 200, **settings})
+def run(mesh, net, *, update=None, num_passes=1, mask=None, progress=None, **filtering):
+    options = FilterOptions(**{"patch_size": 200, **filtering})
+    update = UpdateOptions(**(update or {}))
+    return denoise(mesh, net, filtering=options, update=update, num_passes=num_passes, mask=mask, progress=progress)
 
 
 def test_result(noisy, net):
@@ -69,10 +78,10 @@ def test_moves_and_turns_with_the_mesh(noisy, net):
 def test_strength_and_limit(noisy, net):
     full = run(noisy, net).pos
     start = positions(noisy)
-    assert torch.equal(run(noisy, net, strength=0.0).pos, start)
-    half = run(noisy, net, strength=0.5).pos
+    assert torch.equal(run(noisy, net, update={"strength": 0.0}).pos, start)
+    half = run(noisy, net, update={"strength": 0.5}).pos
     torch.testing.assert_close(half, start.lerp(full, 0.5))
-    limited = (run(noisy, net, max_move=0.05, strength=0.5).pos - start).norm(dim=1) / edge_length(noisy)
+    limited = (run(noisy, net, update={"max_move": 0.05, "strength": 0.5}).pos - start).norm(dim=1) / edge_length(noisy)
     assert 0.04 < limited.max() <= 0.05 + 1e-9
 
 
@@ -90,7 +99,7 @@ def test_mask_and_boundary(noisy, net):
     boundary = torch.tensor(opened.edges[edge].flatten())
     start = positions(opened)
     assert (run(opened, net).pos != start)[boundary].any()
-    assert torch.equal(run(opened, net, preserve_boundary=True).pos[boundary], start[boundary])
+    assert torch.equal(run(opened, net, update={"preserve_boundary": True}).pos[boundary], start[boundary])
 
 
 def test_copies_of_a_vertex_move_together(noisy, net):
@@ -102,7 +111,7 @@ def test_copies_of_a_vertex_move_together(noisy, net):
 
 def test_repeats_on_its_own_result(noisy, net):
     seen = []
-    twice = run(noisy, net, repeat=2, progress=lambda done, total: seen.append(done / total))
+    twice = run(noisy, net, num_passes=2, progress=lambda done, total: seen.append(done / total))
     assert not torch.equal(twice.pos, run(noisy, net).pos)
     assert seen == sorted(seen)
     assert seen[-1] == 1
@@ -117,59 +126,176 @@ def test_keeps_texture_and_colours(net):
 def test_warns_outside_of_what_was_trained(noisy, net, cube_mesh, monkeypatch):
     monkeypatch.setattr(net, "noise_range", (0.03, 0.45))
     clean = trimesh.Trimesh(cube_mesh[0].numpy(), cube_mesh[1].t().numpy(), process=False).subdivide()
-    assert any("below 0.03" in text for text in run(clean, net).warnings)
-    wild = noisy.copy()
-    wild.vertices = (
-        wild.vertices + 0.5 * torch.randn(wild.vertices.shape, generator=torch.Generator().manual_seed(1)).numpy()
-    )
-    assert any("above 0.45" in text for text in run(wild, net).warnings)
+    with pytest.warns(DenoiseWarning, match="below 0.03") as caught:
+        assert any("below 0.03" in text for text in run(clean, net).warnings)
+    assert caught[0].filename == __file__
     assert not any("noise level" in text for text in run(noisy, net).warnings)
+    monkeypatch.setattr(net, "noise_range", (0.0, 0.01))
+    with pytest.warns(DenoiseWarning, match=r"above 0.01.*Use two passes"):
+        run(noisy, net)
     monkeypatch.setattr(net, "noise_range", None)  # unknown: nothing to warn of
-    assert not any("noise level" in text for text in run(wild, net).warnings)
+    assert not any("noise level" in text for text in run(noisy, net).warnings)
 
 
 @pytest.mark.parametrize(
     ("settings", "text"),
     [
-        ({"strength": 1.5}, r"'strength' from 0 to 1 \(got 1.5\)"),
-        ({"repeat": 0}, r"'repeat' of at least 1 \(got 0\)"),
-        ({"mask": torch.ones(3, dtype=torch.bool)}, r"'mask' of shape \[386\] and bool \(got \[3\]"),
-        ({"max_move": -1.0}, "'max_move' of at least 0"),
-        ({"min_coverage": 0}, "'min_coverage' of at least 1"),
-        ({"batch_size": 0}, r"'batch_size' of at least 1 \(got 0\)"),
-        ({"precision": torch.float16}, r"'precision' torch.float32 or torch.bfloat16 \(got torch.float16\)"),
+        ({"num_passes": 0}, r"'num_passes' to be a whole number of at least 1 \(got 0\)"),
+        ({"mask": torch.ones(3, dtype=torch.bool)}, r"'mask' of shape \[386\] and type bool \(got \[3\]"),
+        ({"k": (2, 3)}, r"'k' with 3 numbers, one for each level of the network \(got \(2, 3\)\)"),
     ],
 )
 def test_rejects_wrong_settings(noisy, net, settings, text):
-    with pytest.raises(ValueError, match=text):
+    with pytest.raises(OptionError, match=text):
         run(noisy, net, **settings)
 
 
 def test_rejects_meshes_it_cannot_take(noisy, net):
     with pytest.raises(MeshError, match="0 faces"):
         run(trimesh.Trimesh(vertices=[[0, 0, 0]]), net)
-    with pytest.raises(MeshError, match=r"'mesh' as a trimesh.Trimesh \(got Scene\): read it with trimesh.load_mesh"):
-        run(trimesh.Scene(noisy), net, mask=None)
     noisy.vertices[7] = float("nan")
     with pytest.raises(MeshError, match="finite"):
         run(noisy, net)
 
 
 def test_fast_leaves_out_patches_and_neighbours(noisy, net):
-    usual, fast = run(noisy, net), run(noisy, net, **FAST)
+    usual, fast = run(noisy, net), denoise(noisy, net, filtering=FAST)
     assert fast.coverage.min() >= 1
     assert fast.coverage.double().mean() < usual.coverage.double().mean()
-    every = run(noisy, net, neighbors=(4, 6, 8))
+    every = run(noisy, net, k=(4, 6, 8))
     torch.testing.assert_close(every.pos, usual.pos)  # as many as the network has
-    assert not torch.allclose(run(noisy, net, neighbors=(2, 3, 4)).normal, usual.normal, atol=1e-5)
-    with pytest.raises(WeightsError, match=r"network of 2 levels for 'neighbors' \(2, 3\) \(got one of 3\)"):
-        run(noisy, net, neighbors=(2, 3))
+    assert not torch.allclose(run(noisy, net, k=(2, 3, 4)).normal, usual.normal, atol=1e-5)
 
 
 def test_growth_is_the_callers_choice(noisy, net):
-    by_default, dijkstra, heat = (
-        denoise(noisy, net, patch_size=100, growth=growth) for growth in (None, DijkstraGrowth(), HeatGrowth())
-    )
+    by_default, dijkstra, heat = (run(noisy, net, patch_size=100, **how) for how in (
+        {}, {"growth": "dijkstra"}, {"growth": "heat"}))  # fmt: skip
     torch.testing.assert_close(by_default.pos, dijkstra.pos)
     assert not torch.equal(heat.normal, dijkstra.normal)  # other patches
     assert int(heat.coverage.min()) >= 2
+
+
+def state_of(net):
+    modes = [module.training for module in net.modules()]
+    tensors = {name: (value.device, value.dtype, value.clone()) for name, value in net.state_dict().items()}
+    return modes, tensors
+
+
+def assert_same_state(net, before):
+    modes, tensors = state_of(net)
+    assert modes == before[0]
+    for name, (device, dtype, value) in before[1].items():
+        assert tensors[name][:2] == (device, dtype), name
+        torch.testing.assert_close(tensors[name][2], value, rtol=0, atol=0)
+
+
+def test_network_in_training_mode_is_used_in_evaluation_mode_and_left_alone(noisy, net):
+    expected = run(noisy, net)
+    other = copy.deepcopy(net).train()
+    other.embedding.eval()  # modes may be mixed
+    before = state_of(other)
+    assert torch.equal(run(noisy, other).normal, expected.normal)
+    assert_same_state(other, before)
+
+
+def test_network_is_left_alone_when_denoising_fails(noisy, net):
+    other = copy.deepcopy(net).train()
+    before = state_of(other)
+
+    def interrupt(done, total):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        run(noisy, other, progress=interrupt)
+    assert_same_state(other, before)
+
+
+def test_network_stays_on_its_device(noisy, net, monkeypatch):
+    """The meta device stands in for a GPU: only where the network ran is looked at."""
+    before, devices = state_of(net), []
+
+    def forward(self, x, **inputs):
+        devices.append((x.device.type, next(self.parameters()).device.type))
+        return torch.ones(x.shape, device="cpu")
+
+    monkeypatch.setattr(type(net), "forward", forward)
+    monkeypatch.setattr(torch, "autocast", lambda *_, **__: nullcontext())  # not for meta
+    run(noisy, net, device="meta")
+    assert set(devices) == {("meta", "meta")}
+    assert_same_state(net, before)
+
+
+def test_network_in_double_precision(noisy, net):
+    expected = run(noisy, net)
+    double = copy.deepcopy(net).double()
+    result = run(noisy, double)
+    assert next(double.parameters()).dtype == torch.float64
+    torch.testing.assert_close(result.normal, expected.normal, atol=1e-3, rtol=0)
+    assert result.normal.dtype == torch.float32
+
+
+def test_default_dtype_and_device_of_torch_do_not_matter(noisy, net, tmp_path):
+    net.save_pretrained(tmp_path / "net")
+    expected = run(noisy, net)
+    try:
+        torch.set_default_dtype(torch.float64)
+        torch.set_default_device("meta")
+        results = run(noisy, net), run(noisy, tmp_path / "net")
+    finally:
+        torch.set_default_dtype(torch.float32)
+        torch.set_default_device(None)
+    for result in results:
+        torch.testing.assert_close(result.pos, expected.pos)
+        assert (result.normal.dtype, result.normal.device.type) == (torch.float32, "cpu")
+
+
+def test_validates_once_and_computes_edges_once(noisy, net, monkeypatch):
+    calls = []
+    for module in ("pipeline", "mesh.facet_graph"):
+        monkeypatch.setattr(f"dnf_pyg.{module}.validate_mesh", lambda *_: calls.append("validate"))
+    edges = Topology.edges.func
+    monkeypatch.setattr(Topology.edges, "func", lambda self: calls.append("edges") or edges(self))
+    run(noisy, net, num_passes=2)
+    assert sorted(calls) == ["edges", "validate"]
+
+
+def test_filter_normals_gives_what_denoise_fits(noisy, net):
+    pos, face = positions(noisy), torch.tensor(noisy.faces).t().contiguous()
+    fused = filter_normals(net, pos, face, FilterOptions(patch_size=200))
+    torch.testing.assert_close(fused.normal, run(noisy, net).normal)
+    with pytest.raises(MeshError, match="0 faces"):
+        filter_normals(net, pos, face[:, :0])
+
+
+def test_result_is_of_the_kind_given_and_is_written(noisy, net, tmp_path):
+    expected = run(noisy, net).pos
+    noisy.export(tmp_path / "noisy.ply")
+    vertices, faces = np.asarray(noisy.vertices)[:, ::-1][:, ::-1], np.asarray(noisy.faces)[:, ::-1][:, ::-1]
+    assert faces.strides[1] > 0
+    for mesh, kind in (
+        (tmp_path / "noisy.ply", MeshFile),
+        (str(tmp_path / "noisy.ply"), MeshFile),
+        ((vertices, faces), tuple),
+        (Data(pos=positions(noisy).float(), face=torch.tensor(noisy.faces).t()), Data),
+        (trimesh.Scene(noisy), trimesh.Scene),
+    ):
+        result = run(mesh, net)
+        assert type(result.mesh) is kind
+        torch.testing.assert_close(result.pos, expected, rtol=0, atol=1e-4)
+        assert np.array_equal(result.vertices, result.pos.numpy())
+        result.save(tmp_path / "out.ply")
+        torch.testing.assert_close(read_mesh(tmp_path / "out.ply").pos, result.pos, rtol=0, atol=1e-5)
+
+
+def test_faces_with_negative_strides(noisy, net):
+    turned = np.asarray(noisy.faces)[:, ::-1]
+    assert turned.strides[1] < 0
+    result = run((np.asarray(noisy.vertices), turned), net)
+    assert torch.equal(result.pos, run((np.asarray(noisy.vertices), turned.copy()), net).pos)
+
+
+def test_bar_of_progress(noisy, net, capfd):
+    run(noisy, net, progress=True)
+    assert "filtering" in capfd.readouterr().err
+    run(noisy, net)
+    assert capfd.readouterr().err == ""

@@ -1,38 +1,41 @@
-"""The commands of ``dnf-pyg``, a module each.
+"""The commands of ``dnf-pyg``; what a command works with is imported when it runs."""
 
-Those of :data:`COMMANDS` have ``add_arguments(parser)`` and ``run(options)``, those of :data:`LIGHTNING` parse their
-words themselves: ``run(words)``.
-"""
+from typing import Any, NamedTuple
 
-from dnf_pyg.commands import (
-    add_noise,
-    benchmark,
-    compare,
-    configs,
-    denoise,
-    experiment,
-    make_shape,
-    predict,
-    train,
-    weights,
-)
+from dnf_pyg.commands import evaluation_options, options
 
-__all__ = ["COMMANDS", "LIGHTNING"]
+__all__ = ["COMMANDS", "LIGHTNING", "Command"]
+
+
+class Command(NamedTuple):
+    """A command whose arguments are the fields of a dataclass.
+
+    Attributes:
+        options: The dataclass.
+        work: Import path of the function that takes it.
+    """
+
+    options: type[Any]
+    work: str
+
 
 COMMANDS = {
-    "denoise": (denoise, "denoise a mesh"),
-    "compare": (compare, "measure a mesh against its clean reference"),
-    "benchmark": (benchmark, "compare methods on a folder of test meshes"),
-    "experiment": (experiment, "make the paper's tables and plots from trained networks"),
-    "weights": (weights, "list the weights that come along, or publish new ones"),
-    "add-noise": (add_noise, "add noise to a clean mesh"),
-    "make-shape": (make_shape, "make a clean mesh in code"),
-    "configs": (configs, "list and copy the configs that come along"),
+    "denoise": Command(options.DenoiseOptions, "dnf_pyg.commands.denoise:run"),
+    "compare": Command(options.CompareOptions, "dnf_pyg.commands.compare:run"),
+    "benchmark": Command(evaluation_options.BenchmarkOptions, "dnf_pyg.commands.benchmark:run"),
+    "experiment ablation": Command(evaluation_options.AblationOptions, "dnf_pyg.commands.experiment:ablation"),
+    "experiment scores": Command(evaluation_options.ScoresOptions, "dnf_pyg.commands.experiment:scores"),
+    "experiment series": Command(evaluation_options.SeriesOptions, "dnf_pyg.commands.experiment:series"),
+    "weights": Command(options.WeightsOptions, "dnf_pyg.commands.weights:run"),
+    "weights export": Command(options.ExportOptions, "dnf_pyg.commands.export_weights:run"),
+    "add-noise": Command(options.AddNoiseOptions, "dnf_pyg.commands.add_noise:run"),
+    "make-shape": Command(options.MakeShapeOptions, "dnf_pyg.commands.make_shape:run"),
+    "configs": Command(options.ConfigsOptions, "dnf_pyg.commands.configs:run"),
 }
 
-LIGHTNING = {
-    "fit": (train, "train a network from a config (LightningCLI)"),
-    "validate": (train, "evaluate a checkpoint on the validation patches"),
-    "test": (train, "evaluate a checkpoint on the test patches"),
-    "predict": (predict, "denoise many meshes, on several processes or machines"),
+LIGHTNING = {  # these parse their words themselves, with the options of Lightning
+    "fit": ("dnf_pyg.commands.train:run", "Train a network from a config (LightningCLI)"),
+    "validate": ("dnf_pyg.commands.train:run", "Evaluate a checkpoint on the validation patches"),
+    "test": ("dnf_pyg.commands.train:run", "Evaluate a checkpoint on the test patches"),
+    "predict": ("dnf_pyg.commands.predict:run", "Denoise many meshes on several processes or machines"),
 }

@@ -1,42 +1,35 @@
 """Measure a mesh against its clean reference: theta in degrees, E_v, share of faces within 5 and 10 degrees."""
 
-import argparse
 import json
-import sys
 from pathlib import Path
 
 from torch import Tensor
 
+from dnf_pyg.commands.options import CompareOptions
+from dnf_pyg.commands.terminal import tell
 from dnf_pyg.errors import MeshError
 from dnf_pyg.evaluate.metrics import VertexError, angular_difference
 from dnf_pyg.io import MeshFile, read_mesh
 from dnf_pyg.mesh.geometry import face_normals
 from dnf_pyg.mesh.validate import validate_mesh
 
-__all__ = ["add_arguments", "measure", "read_reference", "run"]
+__all__ = ["measure", "read_reference", "run"]
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the command's arguments."""
-    parser.add_argument("mesh", type=Path, metavar="MESH", help="mesh to measure")
-    parser.add_argument("reference", type=Path, metavar="REFERENCE", help="clean mesh with the same faces")
-    parser.add_argument("--json", action="store_true", help="print one JSON object")
-
-
-def run(options: argparse.Namespace) -> None:
+def run(options: CompareOptions) -> None:
     """Print the measures."""
     mesh = read_mesh(options.mesh)
     validate_mesh(mesh.pos, mesh.face)
     reference = read_reference(options.reference, mesh)
     values = measure(mesh.pos, mesh.face, reference)
     if options.json:
-        sys.stdout.write(json.dumps(values) + "\n")
+        tell(json.dumps(values))
     else:
-        sys.stdout.write(
-            f"theta              {values['theta']:8.3f} degrees\n"
-            f"E_v                {values['vertex_error']:8.4f} mean edge lengths\n"
-            f"within 5 degrees   {values['within_5_degrees']:8.1%} of the faces\n"
-            f"within 10 degrees  {values['within_10_degrees']:8.1%} of the faces\n"
+        tell(
+            f"theta              {values['theta']:8.3f} degrees",
+            f"E_v                {values['vertex_error']:8.4f} mean edge lengths",
+            f"within 5 degrees   {values['within_5_degrees']:8.1%} of the faces",
+            f"within 10 degrees  {values['within_10_degrees']:8.1%} of the faces",
         )
 
 
@@ -50,11 +43,11 @@ def read_reference(path: Path, mesh: MeshFile) -> MeshFile:
     validate_mesh(reference.pos, reference.face)
     if reference.face.shape != mesh.face.shape:
         raise MeshError(
-            f"Expected a reference with the same faces (got {reference.face.size(1)} faces in {path}, "
-            f"{mesh.face.size(1)} in {mesh.path}): it must be the clean version of the same mesh"
+            f"Expected a reference with the same faces (got {reference.face.size(1)} faces in '{path}', "
+            f"{mesh.face.size(1)} in '{mesh.path}'). Give the clean version of the same mesh."
         )
     if not face_normals(reference.pos, reference.face).any():
-        raise MeshError(f"Expected a reference with an area (got '{path}', whose faces have none): export it again")
+        raise MeshError(f"Expected a reference with an area (got '{path}', whose faces have none). Export it again.")
     return reference
 
 

@@ -1,14 +1,14 @@
-"""List the configs that come along, or copy one to edit it; `-c NAME` finds them too."""
+"""List the packaged configs, or copy one to edit it; `-c NAME` finds them, too."""
 
-import argparse
 import shutil
-import sys
 from importlib.resources import files
 from pathlib import Path
 
+from dnf_pyg.commands.options import ConfigsOptions
+from dnf_pyg.commands.terminal import tell
 from dnf_pyg.errors import DataError
 
-__all__ = ["add_arguments", "find_config", "run"]
+__all__ = ["find_config", "run"]
 
 
 def packaged_configs() -> dict[str, Path]:
@@ -26,17 +26,11 @@ def find_config(name: str) -> str:
     if Path(name).is_file():
         return name
     if name.removesuffix(".yaml") not in configs:
-        raise DataError(f"Expected a config file or one of {', '.join(configs)} (got '{name}'): check its name")
+        raise DataError(f"Expected a config file or one of {', '.join(configs)} (got '{name}'). Check its name.")
     return str(configs[name.removesuffix(".yaml")])
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the command's arguments."""
-    parser.add_argument("name", nargs="?", metavar="NAME", help="config to print, or to copy with -o")
-    parser.add_argument("-o", "--output", type=Path, metavar="FILE", help="file to copy it to")
-
-
-def run(options: argparse.Namespace) -> None:
+def run(options: ConfigsOptions) -> None:
     """List all configs, print one, or copy one.
 
     Raises:
@@ -44,13 +38,12 @@ def run(options: argparse.Namespace) -> None:
     """
     if options.name is None:
         for name, path in packaged_configs().items():
-            summary = path.read_text().splitlines()[0].removeprefix("#").strip()
-            sys.stdout.write(f"{name:24} {summary}\n")
+            tell(f"{name:24} {path.read_text().splitlines()[0].removeprefix('#').strip()}")
         return
     path = Path(find_config(options.name))
     if options.output is None:
-        sys.stdout.write(path.read_text())
+        tell(*path.read_text().splitlines())
     elif options.output.exists():
-        raise DataError(f"Expected an output that does not exist (got {options.output}): choose another name")
+        raise DataError(f"Expected a new output file (got '{options.output}', which exists). Choose another name.")
     else:
         shutil.copyfile(path, options.output)

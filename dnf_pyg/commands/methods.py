@@ -1,16 +1,15 @@
-"""What commands that compare methods share: options that name them, and running them behind a progress bar."""
+"""Methods that are measured on a test set, and running them behind a progress bar."""
 
-import argparse
 import fnmatch
 from collections.abc import Sequence
 from functools import partial
+from itertools import count
 from pathlib import Path
-from typing import Any
 
-from rich.console import Console
-from rich.progress import MofNCompleteColumn, Progress, TimeElapsedColumn
+from tqdm import tqdm
 
-from dnf_pyg.commands.settings import DEFAULTS
+from dnf_pyg.commands.evaluation_options import EvaluationOptions, MethodOptions
+from dnf_pyg.commands.terminal import printable
 from dnf_pyg.errors import DataError
 from dnf_pyg.evaluate.baselines import BASELINES
 from dnf_pyg.evaluate.benchmark import (
@@ -22,21 +21,19 @@ from dnf_pyg.evaluate.benchmark import (
     RowLog,
     Store,
     VertexUpdate,
+    read_published,
     run_benchmark,
 )
 from dnf_pyg.pipeline import denoise
-from dnf_pyg.weights import DEFAULT_WEIGHTS, load_network, packaged_weights
+from dnf_pyg.weights import load_network
 from dnf_pyg.weights.release import fingerprint
 
 __all__ = [
-    "add_baselines",
-    "add_selection",
-    "add_settings",
-    "add_weights",
     "check_titles",
-    "classical_methods",
     "matches",
+    "methods_of",
     "network_method",
+    "published_rows",
     "run_methods",
     "selected",
     "split_title",
@@ -45,60 +42,8 @@ __all__ = [
 Pair = tuple[Path, Path]
 
 
-def add_weights(parser: argparse.ArgumentParser) -> None:
-    """Declare the networks to compare."""
-    parser.add_argument(
-        "--weights",
-        nargs="*",
-        default=[DEFAULT_WEIGHTS],
-        metavar="[TITLE=]WEIGHTS",
-        help="checkpoints, folders or packaged names "
-        f"({', '.join(packaged_weights()) or 'none in this build'}); default {DEFAULT_WEIGHTS}",
-    )
-
-
-def add_baselines(parser: argparse.ArgumentParser, default: Sequence[str]) -> None:
-    """Declare the classical filters to compare with."""
-    parser.add_argument(
-        "--baselines",
-        nargs="*",
-        choices=list(BASELINES),
-        default=list(default),
-        metavar="NAME",
-        help=f"classical filters to run ({', '.join(BASELINES)}); {', '.join(default) or 'none'} by default, "
-        "none if no name follows",
-    )
-
-
-def add_selection(parser: argparse.ArgumentParser) -> None:
-    """Declare which meshes count."""
-    parser.add_argument("--meshes", nargs="*", metavar="PATTERN", help="only these, such as 'block' or '*_n3'")
-    parser.add_argument("--limit", type=int, metavar="N", help="only the first N noisy meshes")
-
-
-def add_settings(parser: argparse.ArgumentParser) -> None:
-    """Declare what all methods are run with."""
-    parser.add_argument(
-        "--iterations",
-        type=int,
-        metavar="N",
-        help=f"maximum number of iterations of the vertex update ({DEFAULTS['num_iterations']})",
-    )
-    parser.add_argument(
-        "--filter-update",
-        choices=["shared", "own"],
-        default="shared",
-        help="vertex update after a classical filter: that of the networks, as in the paper, or the filter's own, with "
-        "a fixed number of iterations (%(default)s)",
-    )
-    parser.add_argument(
-        "--repeat", type=int, default=1, help="filterings by a network, each of its own result (%(default)s)"
-    )
-    parser.add_argument("--seed", type=int, default=0, help="seed of the choice of patches (%(default)s)")
-
-
 def split_title(word: str) -> tuple[str, str]:
-    """Title and weights of ``[TITLE=]WEIGHTS``; the file's name where no title is given.
+    """Title and weights of ``[TITLE=]WEIGHTS``; the name of the file if no title is given.
 
     Example:
         >>> split_title("ours=runs/best.ckpt"), split_title("runs/best.ckpt")
@@ -108,75 +53,82 @@ def split_title(word: str) -> tuple[str, str]:
     return (title if given else Path(weights).stem), weights
 
 
-def network_method(title: str, weights: str, options: argparse.Namespace) -> NetworkMethod:
-    """A network with the options of :func:`add_settings`.
+def network_method(title: str, weights: str, options: EvaluationOptions) -> NetworkMethod:
+    """A network with the options of the command.
 
     Raises:
         WeightsError: If it cannot be loaded.
     """
     net = load_network(weights)
-    settings = {**_update(options), "repeat": options.repeat, "seed": options.seed}
-    text = "".join(f", {key}={value}" for key, value in settings.items())
-    denoiser = partial(denoise, weights=net, **settings)
-    return NetworkMethod(title, denoiser, f"denoise(weights={fingerprint(net)}{text})")
+    filtering, update, num_passes = options.filtering, options.update, options.num_passes
+    denoiser = partial(denoise, weights=net, filtering=filtering, update=update, num_passes=num_passes)
+    text = f"weights={fingerprint(net)}, filtering={filtering}, update={update}, num_passes={num_passes}"
+    return NetworkMethod(title, denoiser, f"denoise({text})")
 
 
-def classical_methods(options: argparse.Namespace) -> list[Method]:
-    """The filters of :func:`add_baselines`."""
-    update = None if options.filter_update == "own" else VertexUpdate(**_update(options))
-    return [ClassicalMethod(name, BASELINES[name](), update) for name in options.baselines]
-
-
-def _update(options: argparse.Namespace) -> dict[str, Any]:
-    num_iterations = DEFAULTS["num_iterations"] if options.iterations is None else options.iterations
-    return {"num_iterations": num_iterations, "max_correlation": DEFAULTS["max_correlation"]}
-
-
-def check_titles(titles: Sequence[str]) -> None:
-    """See that no title stands for two methods.
+def methods_of(options: MethodOptions) -> list[Method]:
+    """Networks and classical filters of the command.
 
     Raises:
-        DataError: If one does.
+        WeightsError: If a network cannot be loaded.
     """
+    networks = [network_method(*split_title(word), options) for word in options.weights]
+    shared = VertexUpdate(options.update.num_iterations, options.update.max_correlation)
+    update = shared if options.filter_update == "shared" else None
+    return [*networks, *(ClassicalMethod(name, BASELINES[name](), update) for name in options.baselines)]
+
+
+def check_titles(methods: Sequence[Method], published: Sequence[Row] = ()) -> None:
+    """Raise if two methods have the same title.
+
+    Raises:
+        DataError: If they do.
+    """
+    titles = [*(method.name for method in methods), *dict.fromkeys(row.method for row in published)]
     twice = sorted({title for title in titles if titles.count(title) > 1})
     if twice:
-        raise DataError(f"Expected methods of different titles (got two called '{twice[0]}'): write TITLE=... for one")
+        raise DataError(f"Expected different titles (got two methods called '{twice[0]}'). Write TITLE=... for one.")
 
 
-def selected(pairs: Sequence[Pair], options: argparse.Namespace) -> list[Pair]:
-    """Pairs that :func:`add_selection` asks for.
+def published_rows(paths: Sequence[Path], pairs: Sequence[Pair]) -> list[Row]:
+    """Results of other methods on these meshes.
+
+    Raises:
+        DataError: If a file cannot be read.
+    """
+    cases = {noisy.stem for noisy, _ in pairs}
+    return [row for path in paths for row in read_published(path) if f"{row.mesh}_{row.noise}" in cases]
+
+
+def selected(pairs: Sequence[Pair], options: EvaluationOptions) -> list[Pair]:
+    """Pairs of meshes that the options ask for.
 
     Raises:
         DataError: If there is none.
     """
     wanted = options.meshes
     found = [(n, c) for n, c in pairs if wanted is None or matches(n.stem, wanted) or matches(c.stem, wanted)]
-    if not found[: options.limit]:
-        raise DataError(
-            f"Expected noisy meshes that match {wanted} and --limit (got none in '{options.data}'): widen --meshes"
-        )
+    if not found:
+        raise DataError(f"Expected noisy meshes that match {wanted} (got none in '{options.data}'). Change --meshes.")
     return found[: options.limit]
 
 
 def matches(name: str, patterns: Sequence[str]) -> bool:
-    """Whether a name fits any of the patterns."""
+    """Whether a name matches any of the patterns."""
     return any(fnmatch.fnmatch(name, pattern) for pattern in patterns)
 
 
 def run_methods(
-    pairs: Sequence[Pair], methods: Sequence[Method], log: RowLog, store: Store | None = None
+    pairs: Sequence[Pair], methods: Sequence[Method], output: Path, store: Store | None = None
 ) -> tuple[list[Row], list[Failure]]:
-    """:func:`~dnf_pyg.evaluate.benchmark.run_benchmark` with a progress bar."""
-    console = Console(stderr=True)
-    with Progress(
-        *Progress.get_default_columns(), MofNCompleteColumn(), TimeElapsedColumn(), console=console, transient=True
-    ) as bar:
-        task = bar.add_task("", total=len(pairs) * len(methods))
-        started = -1
+    """Call :func:`~dnf_pyg.evaluate.benchmark.run_benchmark` behind a progress bar, with its log in a folder."""
+    output.mkdir(parents=True, exist_ok=True)
+    log = RowLog(output / "finished.jsonl")
+    started = count()
+    with tqdm(total=len(pairs) * len(methods), leave=False, disable=None) as bar:
 
         def progress(text: str) -> None:
-            nonlocal started
-            started += 1
-            bar.update(task, completed=started, description=text)
+            bar.set_description(printable(text), refresh=False)
+            bar.update(next(started) - bar.n)
 
         return run_benchmark(pairs, methods, log, store=store, progress=progress)

@@ -1,4 +1,4 @@
-"""What is told about a denoised mesh: as numbers, as text, as rows of the page."""
+"""Figures of a denoised mesh: as numbers, as text, and as rows of the report page."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,14 +15,14 @@ __all__ = ["Outcome", "outcome_figures", "outcome_text"]
 
 @dataclass(frozen=True)
 class Outcome:
-    """A denoised mesh and what is told about it.
+    """A denoised mesh and its figures.
 
     Attributes:
         mesh: The input.
-        result: What became of it.
-        output: File that it was written to.
-        seconds: Time from file to file.
-        reference: The clean mesh, if there is one.
+        result: Its denoised version.
+        output: File of the denoised version.
+        seconds: Time from reading the input to writing the output.
+        reference: The clean mesh, if it is known.
     """
 
     mesh: MeshFile
@@ -59,7 +59,7 @@ class Outcome:
         return values
 
 
-def outcome_text(values: dict[str, Any]) -> str:
+def outcome_text(values: dict[str, Any]) -> list[str]:
     """Lines for the terminal, from :meth:`Outcome.values`."""
     lines = [
         f"{values['output']}: {values['num_faces']} faces in {values['seconds']['total']:.1f} s; in mean edge lengths, "
@@ -71,7 +71,7 @@ def outcome_text(values: dict[str, Any]) -> str:
             f"theta of the filtered normals  {values['theta_of_normals']:7.3f} degrees",
             f"theta of the denoised mesh     {values['after']['theta']:7.3f} degrees",
         ]
-    return "\n".join(lines) + "\n"
+    return lines
 
 
 def outcome_figures(values: dict[str, Any]) -> dict[str, tuple[str, ...]]:

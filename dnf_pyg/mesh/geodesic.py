@@ -13,7 +13,7 @@ from dnf_pyg.errors import MeshError
 from dnf_pyg.mesh.dijkstra import nearest_of_one
 from dnf_pyg.mesh.facet_graph import FacetGraph
 
-__all__ = ["BoundDijkstra", "BoundGrowth", "DijkstraGrowth", "Growth", "HeatGrowth"]
+__all__ = ["GROWTHS", "BoundDijkstra", "BoundGrowth", "DijkstraGrowth", "Growth", "HeatGrowth"]
 
 
 class BoundGrowth(Protocol):
@@ -137,3 +137,7 @@ class _BoundHeat:
 
 def _heat_error(error: object) -> MeshError:
     return MeshError(f"Expected a mesh that the heat method can solve (got '{error}'). Use DijkstraGrowth instead.")
+
+
+GROWTHS: dict[str, type[Growth]] = {"dijkstra": DijkstraGrowth, "heat": HeatGrowth}
+"""Ways to grow by name."""

@@ -2,10 +2,10 @@
 
 import time
 import weakref
-from collections.abc import Mapping
+from dataclasses import replace
 from datetime import timedelta
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import torch
 from lightning.pytorch import LightningModule
@@ -13,6 +13,7 @@ from lightning.pytorch import LightningModule
 from dnf_pyg.errors import DNFError
 from dnf_pyg.io import MeshFile, read_mesh, write_mesh
 from dnf_pyg.nn import FilteringNetwork
+from dnf_pyg.options import FilterOptions, UpdateOptions
 from dnf_pyg.pipeline import DenoiseResult, denoise
 from dnf_pyg.train.processes import leave_at_exit
 
@@ -54,17 +55,25 @@ class MeshDenoisingModule(LightningModule):
 
     Args:
         net: The network.
-        settings: Further arguments of :func:`~dnf_pyg.denoise`.
+        filtering: See :func:`~dnf_pyg.denoise`; the device is that of the module.
+        update: See :func:`~dnf_pyg.denoise`.
+        num_passes: See :func:`~dnf_pyg.denoise`.
 
     Attributes:
         failures: Reason for each input of this process that failed, by its path.
     """
 
-    def __init__(self, net: FilteringNetwork, settings: Mapping[str, Any] | None = None) -> None:
+    def __init__(
+        self,
+        net: FilteringNetwork,
+        filtering: FilterOptions = FilterOptions(),
+        update: UpdateOptions = UpdateOptions(),
+        num_passes: int = 1,
+    ) -> None:
         super().__init__()
         leave_at_exit()
         self.net = net
-        self.settings = dict(settings or {})
+        self.filtering, self.update, self.num_passes = filtering, update, num_passes
         self.failures: dict[str, str] = {}
         self._group: weakref.ref | None = None  # torch holds it until the process leaves
 
@@ -79,7 +88,8 @@ class MeshDenoisingModule(LightningModule):
         start = time.perf_counter()
         try:
             mesh = read_mesh(source)
-            result = denoise(mesh.mesh, self.net, device=self.device, **self.settings)
+            filtering = replace(self.filtering, device=str(self.device))
+            result = denoise(mesh, self.net, filtering=filtering, update=self.update, num_passes=self.num_passes)
             write_mesh(mesh, result.pos, output)
         except DNFError as error:
             failed = FailedFile(source, str(error))

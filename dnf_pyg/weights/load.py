@@ -12,10 +12,10 @@ from dnf_pyg.errors import WeightsError
 from dnf_pyg.nn import FilteringNetwork
 from dnf_pyg.nn.config import build_network, check_noise_range
 from dnf_pyg.nn.pretrained import download_folder, packaged_weights, read_folder
+from dnf_pyg.options import DEFAULT_WEIGHTS
 
 __all__ = ["DEFAULT_WEIGHTS", "load_network", "network_tensors", "read_checkpoint"]
 
-DEFAULT_WEIGHTS = "best"
 _HUB = "hf://"
 
 

@@ -6,14 +6,16 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from huggingface_hub import ModelCard, ModelCardData
 
 from dnf_pyg.errors import WeightsError
-from dnf_pyg.nn import FilteringNetwork
 
-__all__ = ["Release", "fingerprint", "read_release", "write_release"]
+if TYPE_CHECKING:  # so that releases are listed without torch
+    from dnf_pyg.nn import FilteringNetwork
+
+__all__ = ["Release", "fingerprint", "packaged_releases", "read_release", "write_release"]
 
 _CARD = """\
 ---
@@ -71,7 +73,7 @@ class Release:
     intact: bool
 
 
-def fingerprint(net: FilteringNetwork) -> str:
+def fingerprint(net: "FilteringNetwork") -> str:
     """Compute 12 hex digits that identify the weights and arguments of a network, whatever file they are in.
 
     Arguments at their default do not enter, so an argument that is added later leaves old fingerprints as they are.
@@ -86,7 +88,7 @@ def fingerprint(net: FilteringNetwork) -> str:
 
 def write_release(
     folder: Path,
-    net: FilteringNetwork,
+    net: "FilteringNetwork",
     *,
     description: str,
     licence: str,
@@ -160,6 +162,15 @@ def read_release(folder: Path) -> Release:
         )
     except (OSError, ValueError, LookupError, TypeError) as error:
         raise WeightsError(f"Expected released weights (got '{folder}': {error}): export them again") from error
+
+
+def packaged_releases() -> list[Release]:
+    """Read all weights that the package carries, by name.
+
+    Raises:
+        WeightsError: See :func:`read_release`.
+    """
+    return [read_release(card.parent) for card in sorted(Path(__file__).parent.glob("*/README.md"))]
 
 
 def _measured(benchmark: Mapping[str, Any] | None) -> str:

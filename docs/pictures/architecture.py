@@ -7,45 +7,45 @@ TARGET = Path(__file__).parents[1] / "images" / "architecture.svg"
 WIDTH, HEIGHT, BOX, TALL = 1010, 605, 148, 62
 COLUMNS = [22, 187, 352, 517, 682, 847]
 
-# title of a lane, its top, and its boxes: column, what happens, where in the code
+# Title of a lane, its top, and its boxes: column, step, module that implements it
 LANES = [
     ("Denoise", 34, [
-        (0, "mesh file → tensors", "dnf_pyg.io.files"),
-        (1, "check, weld copies, find the noise level", "dnf_pyg.pipeline"),
-        (2, "cover the mesh with patches", "dnf_pyg.patches.seeds"),
-        (3, "filter the normals of each patch", "dnf_pyg.nn.dnf_net"),
-        (4, "fuse overlapping normals", "dnf_pyg.filtering"),
-        (5, "move vertices to fit, write the file", "dnf_pyg.mesh.vertex_update"),
+        (0, "read the file", "dnf_pyg.io.files"),
+        (1, "weld copies of vertices, estimate the noise level", "dnf_pyg.pipeline"),
+        (2, "cover the mesh with patches", "dnf_pyg.patches.coverage"),
+        (3, "filter the normals of each patch", "dnf_pyg.nn.network"),
+        (4, "average the normals of overlapping patches", "dnf_pyg.patches.fusion"),
+        (5, "move vertices to fit the normals", "dnf_pyg.mesh.vertex_update"),
     ]),
-    ("Network: one batch of patches", 188, [
-        (0, "axes of each patch", "dnf_pyg.nn.frame"),
-        (1, "group normals, then features, of k₁ < k₂ < k₃ faces", "dnf_pyg.nn.grouping"),
-        (2, "weight channels by the whole patch", "dnf_pyg.nn.attention"),
-        (3, "fuse all levels", "dnf_pyg.nn.embedding"),
-        (4, "find the residual among similar faces, subtract", "dnf_pyg.nn.residual"),
-        (5, "head; bilateral filter, where the network has it", "dnf_pyg.nn.bilateral"),
+    ("Network (SurfaceDNFNet): a batch of patches", 188, [
+        (0, "turn each patch into its own frame", "dnf_pyg.nn.frame"),
+        (1, "group the nearest faces on levels k₁ < k₂ < k₃", "dnf_pyg.nn.grouping"),
+        (2, "scale channels by the whole patch", "dnf_pyg.nn.attention"),
+        (3, "combine the features of all levels", "dnf_pyg.nn.surface_embedding"),
+        (4, "subtract the residual found in similar faces", "dnf_pyg.nn.residual"),
+        (5, "predict normals, apply the bilateral filter", "dnf_pyg.nn.bilateral"),
     ]),
     ("Train", 342, [
-        (0, "clean meshes, or pairs; noise is drawn", "dnf_pyg.mesh.noise"),
-        (1, "cut patches once, map them into memory", "dnf_pyg.datasets.patch_dataset"),
-        (2, "turn and jitter, batch", "dnf_pyg.datamodules.patches"),
-        (3, "steps, logs, optimizer", "dnf_pyg.train.module"),
-        (4, "recovery of every unit, size of its residual", "dnf_pyg.train.losses"),
+        (0, "clean meshes with added noise, or pairs", "dnf_pyg.mesh.noise"),
+        (1, "cut patches once, map them into memory", "dnf_pyg.datasets.cache"),
+        (2, "augment and batch the patches", "dnf_pyg.datamodules.patches"),
+        (3, "training steps, logging, optimizer", "dnf_pyg.train.module"),
+        (4, "loss of the normals and the residuals", "dnf_pyg.train.losses"),
         (5, "checkpoint → network", "dnf_pyg.weights.load"),
     ]),
     ("Measure and show", 496, [
-        (0, "folders of test meshes", "dnf_pyg.datasets.pairing"),
-        (1, "other filters", "dnf_pyg.evaluate.baselines"),
+        (0, "find the test meshes", "dnf_pyg.datasets.pairing"),
+        (1, "classical filters", "dnf_pyg.evaluate.baselines"),
         (2, "θ and E_v", "dnf_pyg.evaluate.metrics"),
-        (3, "tables, plots; the paper's own in experiments", "dnf_pyg.evaluate.benchmark"),
+        (3, "tables and plots of a test set", "dnf_pyg.evaluate.benchmark"),
         (4, "pictures and the 3D page", "dnf_pyg.view"),
-        (5, "cards of released weights", "dnf_pyg.weights.release"),
+        (5, "release weights with a model card", "dnf_pyg.weights.release"),
     ]),
 ]  # fmt: skip
 
 
 def lines_of(text: str, width: int = 19) -> list[str]:
-    """Break a text into lines."""
+    """Wrap a text."""
     lines = [""]
     for word in text.split():
         if len(lines[-1]) + len(word) + 1 > width:
@@ -55,7 +55,7 @@ def lines_of(text: str, width: int = 19) -> list[str]:
 
 
 def box(column: int, top: int, text: str, module: str) -> str:
-    """A box with a text and, below, the module that does it."""
+    """Draw a box with a step and, below it, the module that implements it."""
     x = COLUMNS[column]
     parts = [f'<rect x="{x}" y="{top}" width="{BOX}" height="{TALL + 24}" rx="8"/>']
     for row, line in enumerate(lines_of(text)):
@@ -66,7 +66,7 @@ def box(column: int, top: int, text: str, module: str) -> str:
 
 
 def drawing() -> str:
-    """The whole picture."""
+    """Draw the whole picture."""
     parts = []
     for title, top, boxes in LANES:
         parts.append(f'<text class="title" x="22" y="{top - 10}">{escape(title)}</text>')
@@ -75,10 +75,10 @@ def drawing() -> str:
             y = top + 43
             parts += [f'<path d="M{COLUMNS[i] + BOX} {y}h13"/>' for i in range(5)]
     middle = COLUMNS[3] + BOX / 2
-    parts.append(f'<path d="M{middle} 120V152H8V231H18"/>')  # the network box opens into the lane below
+    parts.append(f'<path d="M{middle} 120V152H8V231H18"/>')  # from the network box to its lane
     parts.append(f'<path class="soft" d="M{COLUMNS[5] + BOX / 2} 342V306H{middle}V279"/>')
     parts.append(f'<text class="note" x="{middle + 120}" y="300">trained weights</text>')
-    parts.append(f'<text class="note" x="{middle - 150}" y="145">normals, edges to the nearest faces</text>')
+    parts.append(f'<text class="note" x="{middle - 150}" y="145">normals, centroids, areas and edges</text>')
     style = (
         "text{font:13px system-ui,sans-serif;fill:#1c2430;text-anchor:middle}"
         "rect{fill:#f2f6fc;stroke:#9db7dd}path{fill:none;stroke:#2563c9;stroke-width:1.6;marker-end:url(#tip)}"

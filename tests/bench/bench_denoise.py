@@ -6,12 +6,13 @@ Arguments: mesh files; else ``block`` of the benchmark beside the checkout, wher
 import sys
 import tempfile
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import torch
 import trimesh
 
-from dnf_pyg import FAST, denoise, load_network
+from dnf_pyg import FAST, FilterOptions, denoise, load_network
 from dnf_pyg.evaluate.baselines import BASELINES
 from dnf_pyg.io import read_mesh, write_mesh
 from dnf_pyg.mesh.geometry import angular_difference, face_normals
@@ -19,8 +20,12 @@ from dnf_pyg.mesh.noise import GaussianNormalNoise
 from dnf_pyg.nn import DNFNet
 
 STAGES = ("read", "prepare", "patches", "network", "fuse", "update", "write")
-SETTINGS = {"fp32": {}, "bf16": {"precision": torch.bfloat16}, "fast": FAST}
-SETTINGS["fast bf16"] = {**FAST, **SETTINGS["bf16"]}
+SETTINGS = {
+    "fp32": FilterOptions(),
+    "bf16": FilterOptions(precision="bf16"),
+    "fast": FAST,
+    "fast bf16": replace(FAST, precision="bf16"),
+}
 BLOCK = Path(__file__).resolve().parents[3] / "shared/data/cnr/Synthetic/test/noisy/block_n2.obj"
 BARS = {"fp32": 40, "bf16": 22}  # seconds for 100,000 faces with the full-size network on two cores
 
@@ -38,7 +43,7 @@ def make_files(folder):
 
 def network(net, settings):
     def filtered(mesh):
-        result = denoise(mesh.mesh, net, **settings)
+        result = denoise(mesh.mesh, net, filtering=settings)
         return result.pos, result.seconds
 
     return filtered

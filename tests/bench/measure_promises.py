@@ -79,7 +79,7 @@ def iterations(net):
     rows = []
     for path in sorted((TEST / "noisy").glob("*_n[123].obj")):
         mesh, clean = read(path.stem)
-        result = denoise(mesh.mesh, net, **FAST)
+        result = denoise(mesh.mesh, net, filtering=FAST)
         normal = result.normal.double()
         ends = [theta(update_vertices(mesh.pos, mesh.face, normal, steps), mesh.face, clean) for steps in ITERATIONS]
         rows.append([*ends, theta(result.pos, mesh.face, clean)])

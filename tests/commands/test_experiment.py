@@ -35,7 +35,7 @@ def test_ablation_takes_finished_runs(data, weights, tmp_path, capsys):
         state = {f"net.{key}": value for key, value in net.state_dict().items()}
         torch.save({"network": describe_network(net), "state_dict": state}, tmp_path / "runs" / name / "best.ckpt")
     words = [data.parent, "-o", tmp_path / "out", "--runs", tmp_path / "runs", "--weights", f"1_unit={weights}"]
-    assert run("ablation", *words, "--iterations", "2") == 0
+    assert run("ablation", *words, "--num_iterations", "2") == 0
     rows = {(row["case"], row["mesh"]): row for row in table(tmp_path / "out" / "ablation.csv")}
     assert len(rows) == 6 * 5
     assert rows["full", "cube"]["theta_deg"] == rows["wo_sub", "cube"]["theta_deg"] != ""
@@ -56,7 +56,7 @@ def test_table_1_from_its_configs_cut_short(data, cnr_folder, tmp_path, monkeypa
     short += [f"--data.{option}" for option in (f"root={cnr_folder}", *small)]
     for case in CASES.values():
         assert main(["fit", "-c", case.runs[-1], "--trainer.accelerator=cpu", *short]) == 0
-    assert run("ablation", data, "-o", "out", "--iterations", "2") == 0
+    assert run("ablation", data, "-o", "out", "--num_iterations", "2") == 0
     rows = {(row["case"], row["mesh"]): row for row in table(tmp_path / "out" / "ablation.csv")}
     thetas = [float(rows[case, mesh]["theta_deg"]) for case in CASES for mesh in ("cube", "sphere")]
     assert len(set(thetas)) == 12  # a network of its own in each row
@@ -91,8 +91,8 @@ def test_scores_of_methods_and_published_figures(data, weights, tmp_path):
     ],
 )
 def test_series(data, weights, tmp_path, name, settings):
-    words = [name, data, "-o", tmp_path / "out", "--weights", f"ours={weights}", "--baselines", "Taubin"]
-    words += ["--meshes", "sphere", "--iterations", "2", "--settings", *settings]
+    words = ["series", name, data, "-o", tmp_path / "out", "--weights", f"ours={weights}", "--baselines", "Taubin"]
+    words += ["--meshes", "sphere", "--num_iterations", "2", "--settings", *settings]
     assert run(*words) == 0
     rows = table(tmp_path / "out" / f"{name}.csv")
     assert [(row["setting"], row["method"]) for row in rows] == [(s, m) for s in settings for m in ("ours", "Taubin")]
@@ -120,13 +120,14 @@ def test_newest_checkpoint_of_the_first_run_that_has_one(tmp_path):
         (["ablation", "--runs", "absent"], "ablation_wo_inter"),
         (["ablation", "--weights", "mine=best"], "CASE=WEIGHTS"),
         (["ablation", "--weights", "full=best", "--meshes", "other"], "match"),
-        (["noise-levels", "--settings", "0.8"], "0.8"),
+        (["series", "noise-levels", "--settings", "0.8"], "0.8"),
         (["scores", "--published", "absent.csv"], "absent.csv"),
-        (["noise-levels", "--weights", "best", "best"], "two called 'best'"),
+        (["series", "noise-levels", "--weights", "best", "best"], "two methods called 'best'"),
     ],
 )
 def test_wrong_arguments(data, tmp_path, capsys, words, message):
-    assert run(words[0], data, "-o", tmp_path / "out", *words[1:]) == 2
+    names = words[: 1 + (words[0] == "series")]
+    assert run(*names, data, "-o", tmp_path / "out", *words[len(names) :]) == 2
     error = capsys.readouterr().err
     assert message in error
     assert error.count("\n") == 1

@@ -10,14 +10,14 @@ import pytest
 import torch
 import trimesh
 
-from dnf_pyg import DataError, MeshFileError, OutputError, denoise, load_network
+from dnf_pyg import DataError, FilterOptions, MeshFileError, OutputError, UpdateOptions, denoise, load_network
 from dnf_pyg.cli import main
 from dnf_pyg.datamodules import MeshFilesDataModule
 from dnf_pyg.datamodules.mesh_files import equal_shares
 from dnf_pyg.io import read_mesh
 from dnf_pyg.nn import DNFNet
 
-SETTINGS = ["--patch-size", "100", "--iterations", "3"]
+SETTINGS = ["--patch_size", "100", "--num_iterations", "3"]
 ON_CPU = ["--trainer.accelerator", "cpu"]
 
 
@@ -58,7 +58,12 @@ def test_failing_file_is_reported_at_the_end_and_a_restart_does_the_rest(folders
     assert all((folders / "out" / name).stat().st_mtime_ns == when for name, when in done.items())
 
     mesh = read_mesh(folders / "in" / "mesh1.ply")
-    expected = denoise(mesh.mesh, load_network(folders / "weights"), patch_size=100, num_iterations=3).pos
+    expected = denoise(
+        mesh.mesh,
+        load_network(folders / "weights"),
+        filtering=FilterOptions(patch_size=100),
+        update=UpdateOptions(num_iterations=3),
+    ).pos
     torch.testing.assert_close(read_mesh(folders / "out" / "mesh1.ply").pos, expected, rtol=1e-5, atol=1e-6)
 
 
@@ -80,9 +85,9 @@ def test_two_processes_share_the_files(folders):
 
 def test_fault_of_the_program_stops_one_file_only(folders, capsys, monkeypatch):
     def faulty(mesh, *_, **__):
-        if len(mesh.faces) == 80:
+        if mesh.face.size(1) == 80:
             raise ZeroDivisionError("by a fault")
-        return denoise(mesh, load_network(folders / "weights"), patch_size=100)
+        return denoise(mesh, load_network(folders / "weights"), filtering=FilterOptions(patch_size=100))
 
     monkeypatch.setattr("dnf_pyg.train.prediction.denoise", faulty)
     assert main(words(folders)) == 2

@@ -72,7 +72,7 @@ def test_mutated_files(originals, network, tmp_path, capsys, record_testsuite_pr
         path = tmp_path / f"fuzzed_{name}"
         path.write_bytes(mutated(originals[name], draw))
         start = time.monotonic()
-        status = main(["denoise", str(path), "-o", str(out / name), "--patch-size", "30", "--iterations", "3"])
+        status = main(["denoise", str(path), "-o", str(out / name), "--patch_size", "30", "--num_iterations", "3"])
         slowest = max(slowest, time.monotonic() - start)
         told = capsys.readouterr().err
         count[name, status] += 1

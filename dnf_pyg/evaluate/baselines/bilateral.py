@@ -34,7 +34,7 @@ class BilateralNormalFilter:
 
     Source: Zheng, Fu, Au, Tai, Bilateral Normal Filtering for Mesh Denoising, TVCG 2011: local, iterative scheme.
     Differs: vertices move as in :func:`~dnf_pyg.mesh.vertex_update.update_vertices`, with its guard against flipped
-    faces, boundary vertices too; 20 iterations of it, as for the networks, where the public code has 10.
+    faces, boundary vertices too; 20 iterations by default, where the public code has 10.
 
     Args:
         sigma_range: :math:`\sigma_s`, difference of unit normals, no unit; larger smooths across sharper edges.
@@ -47,7 +47,7 @@ class BilateralNormalFilter:
     Example:
         >>> pos = torch.tensor([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0.2]])
         >>> face = torch.tensor([[0, 1], [1, 3], [2, 2]])
-        >>> BilateralNormalFilter(num_iterations=1)(pos, face).normal.round(decimals=2)  # they change places
+        >>> BilateralNormalFilter(num_iterations=1)(pos, face).normal.round(decimals=2)  # the two swap their normals
         tensor([[-0.1900, -0.1900,  0.9600],
                 [ 0.0000,  0.0000,  1.0000]])
     """

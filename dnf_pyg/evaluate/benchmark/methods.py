@@ -110,7 +110,8 @@ class ClassicalMethod:
         start = time.perf_counter()
         moved, normal = self.baseline(pos, face)
         if self.update is not None:
-            moved = update_vertices(pos, face, normal, **vars(self.update))
+            num_iterations, max_correlation = self.update.num_iterations, self.update.max_correlation
+            moved = update_vertices(pos, face, normal, num_iterations, max_correlation=max_correlation)
         return Result(moved, normal, time.perf_counter() - start)
 
 

@@ -15,7 +15,7 @@ _BLOCK = 4  # grid points along an edge of a block that is classified at once
 
 
 class LabelledMesh(NamedTuple):
-    """A mesh whose faces know the surface they lie on.
+    """A mesh whose faces are labelled with the surfaces they lie on.
 
     Shapes:
         - **pos:** :math:`(V, 3)` float64

@@ -1,4 +1,4 @@
-"""Random numbers, choices and rotations for recipes, all drawn from one generator."""
+"""Random numbers, choices and rotations for the recipes of shapes, drawn from one generator."""
 
 from collections.abc import Sequence
 from typing import TypeVar

@@ -1,4 +1,4 @@
-"""Which faces lie around a vertex and at an edge, and measures of single faces; compiled, for :mod:`.topology`."""
+"""Faces around a vertex and at an edge, and measures of single faces; compiled code for :mod:`.topology`."""
 
 import numpy as np
 from numba import njit
@@ -18,7 +18,7 @@ __all__ = [
     "opposite",
 ]
 
-DEGREE = 40  # faces around a vertex at most; collapses that would exceed it are not made
+DEGREE = 40  # largest number of faces around a vertex; collapses that would exceed it are skipped
 
 
 @njit(cache=True)

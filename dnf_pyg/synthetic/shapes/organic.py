@@ -15,7 +15,7 @@ def pebble(dice: Dice) -> Solid:
 
 
 def limbs(dice: Dice) -> Solid:
-    """Body with limbs and heads: chains of shrinking balls that flow into each other."""
+    """Body with limbs and heads: blended chains of shrinking balls."""
     body = _trunk(dice, 0.6)
     for _ in range(dice.integer(2, 6)):
         place, heading, radius = torch.zeros(3, dtype=torch.float64), dice.direction(), dice.uniform(0.2, 0.35)
@@ -30,7 +30,7 @@ def limbs(dice: Dice) -> Solid:
 
 
 def rough(dice: Dice) -> Solid:
-    """Body under waves of many lengths, the short ones lower."""
+    """Body with waves of many lengths; the shorter, the lower."""
     waves = [_waves(dice, 8, frequency) for frequency in (3.0, 6.0, 12.0, 24.0)]
     height = dice.uniform(0.03, 0.07)
     return _displace(
@@ -74,7 +74,7 @@ def _trunk(dice: Dice, scale: float = 1.0) -> Surface:
 
 
 def _placing(dice: Dice, distance: float) -> Field:
-    """Random motion by up to ``distance``, backwards as :meth:`Solid.map` needs it."""
+    """Inverse of a random rigid motion by up to ``distance``, as :meth:`Solid.map` takes it."""
     turn, shift = dice.rotation(), distance * dice.uniform(0.3, 1.0) * dice.direction()
     return lambda pos: (pos - shift) @ turn
 

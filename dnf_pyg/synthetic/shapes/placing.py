@@ -1,4 +1,4 @@
-"""Directions, rotations and outlines that the recipes of solids are drawn with."""
+"""Directions, rotations and outlines for the recipes of solids."""
 
 import math
 
@@ -31,7 +31,7 @@ LYING = torch.tensor([[0.0, 0, 1], [0, 1, 0], [-1, 0, 0]], dtype=torch.float64) 
 
 
 def leaf(solid: Solid) -> Surface:
-    """The only surface of a solid that has one."""
+    """Return the surface of a solid that has only one."""
     (surface,) = solid.surfaces
     return surface
 

@@ -19,7 +19,7 @@ def remesh(
     relaxation: float = 0.5,
     generator: Generator | None = None,
 ) -> LabelledMesh:
-    """Even out the triangles while vertices stay on their surfaces, sharp edges and corners.
+    """Make the triangles even, with the vertices on their surfaces, sharp edges and corners.
 
     Rounds of splitting long edges, collapsing short ones, flipping to the Delaunay criterion and moving vertices along
     the surface towards the mean of their neighbours, each followed by Newton steps back onto the surface.
@@ -30,8 +30,8 @@ def remesh(
         solid: The meshed solid.
         mesh: Mesh from :func:`contour`.
         size: Wanted edge length, model units: a number, or a function of positions (V, 3).
-        num_rounds: Rounds; up to four more where a few faces are still turned from their surfaces.
-        relaxation: Share of the way to the neighbours' mean that vertices move in each round; 0: irregular triangles.
+        num_rounds: Number of rounds; up to four more follow while a few faces point away from their surfaces.
+        relaxation: Share of the way to the neighbours' mean that vertices move in each round; 0 keeps them irregular.
         generator: Source of the order in which edges collapse.
     """
     pos, face, label = (x.numpy() for x in (mesh.pos, mesh.face.t().contiguous(), mesh.label))
@@ -94,7 +94,7 @@ def _settle(solid: Solid, pos: np.ndarray, moved: np.ndarray, face: np.ndarray, 
 
 
 def _unfold(solid: Solid, pos: np.ndarray, face: np.ndarray, label: np.ndarray) -> np.ndarray:
-    """Draw the vertices of turned faces to the mean of their neighbours, a few times at most."""
+    """Move the vertices of inverted faces to the mean of their neighbours, up to eight times."""
     for _ in range(8):
         turned = _agreement(pos, face, _normals(solid, pos, face, label)) < 0.5
         if not turned.any():

@@ -34,7 +34,7 @@ class Solid:
         return torch.nn.functional.normalize(normal, dim=1)
 
     def map(self, inverse: Field) -> "Solid":
-        """The same solid in coordinates that ``inverse`` takes back to the present ones."""
+        """Transform the solid, given the map from the new coordinates to the present ones."""
         return _Mapped(self, inverse)
 
     def move(self, rotation: Tensor, offset: Tensor | Sequence[float] = (0.0, 0.0, 0.0)) -> "Solid":
@@ -143,7 +143,7 @@ class Intersection(Union):
 
 
 class _Mapped(Solid):
-    """A solid in other coordinates, which are worked out once for all of its surfaces."""
+    """A transformed solid, which computes the coordinates once for all of its surfaces."""
 
     def __init__(self, solid: Solid, inverse: Field) -> None:
         self.solid, self.inverse = solid, inverse

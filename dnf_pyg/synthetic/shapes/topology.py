@@ -1,7 +1,7 @@
 """Edge splits, collapses and flips of a labelled mesh; compiled, arrays in and out.
 
 A vertex may lie inside a surface, on a feature curve (an edge between two labels, or a boundary edge) or in a corner
-where curves end or meet. Feature curves keep their course: their vertices only merge along them, their edges never
+where curves end or meet. Feature curves keep their shape: vertices merge only along them, and their edges do not
 flip.
 """
 
@@ -32,7 +32,7 @@ def split_edges(
 ) -> tuple[ndarray, ndarray, ndarray, ndarray]:
     """Split edges longer than ``factor`` times the wanted size in the middle, until the mesh has four times the faces.
 
-    Further ones wait for another call: arrays in compiled code cannot grow on.
+    Longer edges that remain need another call, since arrays cannot grow in compiled code.
     """
     num_vertices, num_faces = pos.shape[0], face.shape[0]
     pos, size = _grow(pos, 4 * num_vertices), np.append(size, np.zeros(3 * num_vertices))

@@ -10,7 +10,7 @@ from dnf_pyg.evaluate.benchmark import ClassicalMethod, NetworkMethod, OutputFol
 from dnf_pyg.io import read_mesh
 from dnf_pyg.mesh.vertex_update import update_vertices
 from dnf_pyg.nn import DNFNet
-from dnf_pyg.pipeline import denoise
+from dnf_pyg.pipeline import FilterOptions, UpdateOptions, denoise
 
 
 @pytest.fixture
@@ -21,9 +21,10 @@ def noisy(test_set):
 def test_network_gives_what_denoise_gives(noisy):
     torch.manual_seed(0)
     net = DNFNet(k=(3, 5, 8), residual_k=4, channels=(8, 8, 8), embedding_channels=8).eval()
-    method = NetworkMethod("net", partial(denoise, weights=net, num_iterations=5, seed=3), "denoise(weights=0123)")
+    options = {"filtering": FilterOptions(seed=3), "update": UpdateOptions(num_iterations=5)}
+    method = NetworkMethod("net", partial(denoise, weights=net, **options), "denoise(weights=0123)")
     result = method("ball_n2", noisy.pos, noisy.face)
-    expected = denoise(noisy.mesh, net, num_iterations=5, seed=3)
+    expected = denoise(noisy.mesh, net, **options)
     torch.testing.assert_close(result.pos, torch.tensor(expected.mesh.vertices))
     torch.testing.assert_close(result.normal, expected.normal)
     assert result.seconds > 0

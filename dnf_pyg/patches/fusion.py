@@ -1,0 +1,83 @@
+"""Fuses what a network gives for overlapping patches into one normal per face."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import torch
+from torch import Tensor
+from torch.nn import functional as F
+
+from dnf_pyg.patches.patch import Patch
+
+__all__ = ["FusedNormals", "PatchFusion", "closeness"]
+
+
+class FusedNormals(NamedTuple):
+    """One normal per face, and how much can be relied on it.
+
+    Attributes:
+        normal: Facet normals, (F, 3), unit length; zero for a face that no patch holds.
+        coverage: Number of patches that hold each face, (F,) long.
+        confidence: Length of the weighted mean of the normals of these patches, (F,): 1 where they agree, towards 0
+            where they contradict each other.
+    """
+
+    normal: Tensor
+    coverage: Tensor
+    confidence: Tensor
+
+
+class PatchFusion:
+    """Weighted mean of the normals that overlapping patches give for a face.
+
+    The weight of a face falls from the seed of a patch to its rim (:func:`closeness`), where context is missing.
+
+    Args:
+        num_faces: Faces of the mesh F.
+
+    Example:
+        >>> from dnf_pyg.patches import Patch
+        >>> fusion = PatchFusion(num_faces=2)
+        >>> fusion.add([Patch(torch.tensor([0]), torch.tensor([[0]]), torch.zeros(1))], torch.tensor([[0.0, 0.0, 1.0]]))
+        >>> fusion.result().coverage
+        tensor([1, 0])
+    """
+
+    def __init__(self, num_faces: int) -> None:
+        self._total = torch.zeros(num_faces, 3, dtype=torch.float32)
+        self._weight = torch.zeros(num_faces, dtype=torch.float32)
+        self.coverage = torch.zeros(num_faces, dtype=torch.long)
+
+    def add(self, patches: Sequence[Patch], normal: Tensor) -> None:
+        """Add the normals of some patches.
+
+        Args:
+            patches: The patches.
+            normal: Normals of their faces, (N, 3) float32, one patch after the other.
+        """
+        face_id = torch.cat([patch.face_id for patch in patches])
+        weight = torch.cat([closeness(patch.distance) for patch in patches])
+        self._total.index_add_(0, face_id, normal * weight[:, None])
+        self._weight.index_add_(0, face_id, weight)
+        self.coverage.index_add_(0, face_id, torch.ones_like(face_id))
+
+    def result(self) -> FusedNormals:
+        """Fuse what was added."""
+        confidence = self._total.norm(dim=-1) / self._weight.clamp(min=torch.finfo(torch.float32).tiny)
+        return FusedNormals(F.normalize(self._total, dim=-1), self.coverage, confidence)
+
+
+def closeness(distance: Tensor) -> Tensor:
+    """Compute the weight of each face of a patch: 1 at the seed, nearly 0 at the rim.
+
+    Args:
+        distance: Geodesic distance of each face from the seed of the patch, (N,).
+
+    Returns:
+        Weights, (N,).
+
+    Example:
+        >>> closeness(torch.tensor([0.0, 1.0, 2.0]))
+        tensor([1.0010, 0.5010, 0.0010])
+    """
+    return 1.001 - distance / distance.max().clamp(min=torch.finfo(distance.dtype).tiny)
