@@ -5,7 +5,6 @@ import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, replace
-from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +12,7 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 from torch import Tensor
-from torch_geometric.data import Batch
+from torch_geometric.data import Data
 
 from dnf_pyg.errors import DenoiseWarning, OptionError
 from dnf_pyg.io.inputs import as_input, as_mask, save_mesh
@@ -26,7 +25,8 @@ from dnf_pyg.mesh.weld import weld
 from dnf_pyg.nn import FilteringNetwork
 from dnf_pyg.nn.thinning import evenly_spaced_ranks, select_ranks
 from dnf_pyg.options import FAST, FilterOptions, UpdateOptions, check_range
-from dnf_pyg.patches import FaceFeatures, PatchExtractor, cover, patch_to_data
+from dnf_pyg.patches import FaceFeatures, PatchExtractor, cover
+from dnf_pyg.patches.batching import batches
 from dnf_pyg.patches.fusion import FusedNormals, PatchFusion
 from dnf_pyg.progress import Progress, Stopwatch, progress_bar
 from dnf_pyg.weights.load import DEFAULT_WEIGHTS, load_network
@@ -235,8 +235,7 @@ def filter_normals(
     generator = torch.Generator().manual_seed(filtering.seed)
     patches = cover(extractor, min_coverage=filtering.coverage, generator=generator)
     fusion = PatchFusion(extractor.num_faces)
-    while group := list(islice(patches, filtering.batch_size)):
-        batch = Batch.from_data_list([patch_to_data(patch, features) for patch in group])
+    for group, batch in batches(patches, features, filtering.batch_size * filtering.patch_size):
         watch.lap("patches")
         with torch.autocast(device.type, dtype=torch.bfloat16, enabled=filtering.precision == "bf16"):
             sent = batch.to(device)
@@ -257,7 +256,7 @@ def _ready(net: FilteringNetwork, device: torch.device) -> FilteringNetwork:
     return copy.deepcopy(net).eval().to(device)
 
 
-def _edges(batch: Batch, k: Sequence[int], wanted: Sequence[int] | None) -> list[Tensor] | None:
+def _edges(batch: Data, k: Sequence[int], wanted: Sequence[int] | None) -> list[Tensor] | None:
     """Edges of each level of the network, if fewer neighbours are wanted than it was trained with."""
     if wanted is None:
         return None

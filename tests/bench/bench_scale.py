@@ -31,7 +31,7 @@ def sphere(subdivisions):
     return torch.tensor(ball.vertices), torch.tensor(ball.faces).t()
 
 
-def fan(count, shuffled=False):
+def fan(count, *, shuffled=False):
     """A cone of ``count`` faces around one vertex."""
     rim = torch.arange(count)
     angle = 2 * torch.pi * rim.double() / count
