@@ -118,7 +118,7 @@ def measure(case):
             capture_output=True,
             text=True,
             timeout=SECONDS * PATIENCE,
-            preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_DATA, (BYTES, BYTES)),  # noqa: PLW1509
+            preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_DATA, (BYTES, BYTES)),
         )
     except subprocess.TimeoutExpired:
         return f"stopped after {SECONDS * PATIENCE} s of waiting"
