@@ -49,7 +49,7 @@ def test_edges_of_each_level():
         edges_per_level(levels, None, k=(1, 2, 3))
 
 
-@pytest.mark.parametrize("sizes", [[12], [7, 7], [3, 9, 1]])
+@pytest.mark.parametrize("sizes", [[12], [7, 7], [3, 9, 1], [1, 1, 2], [5, 1, 4, 3, 30, 2, 5]])
 def test_nearest_in_feature_space(sizes, loops):
     x = torch.randn(sum(sizes), 6)
     batch = torch.arange(len(sizes)).repeat_interleave(torch.tensor(sizes))

@@ -12,6 +12,8 @@ def patch(face_id, distance):
 def test_weights_fall_from_the_seed_to_the_rim():
     torch.testing.assert_close(closeness(torch.tensor([0.0, 3.0, 6.0])), torch.tensor([1.001, 0.501, 0.001]))
     torch.testing.assert_close(closeness(torch.zeros(2)), torch.full((2,), 1.001))  # a patch of one place
+    together = closeness(torch.tensor([0.0, 3.0, 6.0, 0.0, 0.0, 2.0]), torch.tensor([0, 0, 0, 1, 2, 2]))
+    torch.testing.assert_close(together, torch.tensor([1.001, 0.501, 0.001, 1.001, 1.001, 0.001]))
 
 
 @pytest.mark.parametrize("together", [True, False])
