@@ -8,6 +8,8 @@ from torch import Tensor
 
 __all__ = ["boundary_vertices", "edge_adjacent", "one_ring", "one_ring_csr", "vertex_faces"]
 
+Ints = NDArray[np.int64]
+
 _MAX_VALENCE = 64  # faces at a vertex or an edge; the pairs among more of them would grow with their square
 
 
@@ -41,7 +43,8 @@ def one_ring(face: Tensor, num_vertices: int) -> Tensor:
     """List the pairs of faces that share at least a vertex.
 
     Differs: at a vertex of more than 64 faces, each of them is paired only with the 32 before and the 32 after it in
-    the order of the file, so that time and memory stay in proportion to the mesh. The faces at a vertex stay connected.
+    their order around the vertex, so that time and memory stay in proportion to the mesh. The faces at a vertex stay
+    connected.
 
     Args:
         face: Vertices of each face, shape (3, F).
@@ -139,10 +142,64 @@ def one_ring_csr(face: Tensor, ptr: Tensor, face_id: Tensor) -> tuple[NDArray[np
 
 
 @njit(cache=True, nogil=True)
-def _one_ring_csr(
-    face: NDArray[np.int64], vertex_ptr: NDArray[np.int64], face_id: NDArray[np.int64]
-) -> tuple[NDArray[np.int64], NDArray[np.int32]]:
+def _faces_in_turn(face: Ints, vertex_ptr: Ints, face_id: Ints) -> tuple[Ints, Ints]:
+    """Order the faces at each vertex of very many around it; return them, and the new place of each entry."""
+    if len(vertex_ptr) < 2 or np.max(np.diff(vertex_ptr)) <= _MAX_VALENCE:
+        return face_id, face_id  # places are not looked up
+    around, place = face_id.copy(), np.empty(len(face_id), np.int64)
+    for v in range(len(vertex_ptr) - 1):
+        lo, hi = vertex_ptr[v], vertex_ptr[v + 1]
+        if hi - lo > _MAX_VALENCE:
+            for at, entry in enumerate(_turn(face, v, face_id[lo:hi])):
+                around[lo + at] = face_id[lo + entry]
+                place[lo + entry] = lo + at
+    return around, place
+
+
+@njit(cache=True, nogil=True)
+def _turn(face: Ints, v: int, face_id: Ints) -> Ints:
+    """Walk from face to face around a vertex, across the edges that they share, and start anew where a walk ends."""
+    count = len(face_id)
+    rim = np.full(2 * count, v, np.int64)  # the other two vertices of each face; v itself if it is named twice
+    for i in range(count):
+        found = 0
+        for w in face[face_id[i]]:
+            if w != v:
+                rim[2 * i + found] = w
+                found += 1
+    order = np.argsort(rim, kind="mergesort")
+    number = np.empty(2 * count, np.int64)  # of the vertex of each entry of ``rim``
+    begin = np.empty(2 * count + 1, np.int64)  # entries of vertex number g: order[begin[g]:end[g]]
+    last = -1
+    for at in range(2 * count):
+        if at == 0 or rim[order[at]] != rim[order[at - 1]]:
+            last += 1
+            begin[last] = at
+        number[order[at]] = last
+    begin[last + 1] = 2 * count
+    end = begin[1:].copy()
+    out, filled, walked = np.empty(count, np.int64), 0, np.zeros(count, np.bool_)
+    for first in range(count):
+        if walked[first]:
+            continue
+        entry = 2 * first
+        while True:
+            walked[entry // 2] = True
+            out[filled] = entry // 2
+            filled += 1
+            g = number[entry ^ 1]  # leave through the other vertex
+            while begin[g] < end[g] and walked[order[begin[g]] // 2]:
+                begin[g] += 1
+            if begin[g] == end[g]:
+                break
+            entry = order[begin[g]]
+    return out
+
+
+@njit(cache=True, nogil=True)
+def _one_ring_csr(face: Ints, vertex_ptr: Ints, face_id: Ints) -> tuple[Ints, NDArray[np.int32]]:
     num_faces = face.shape[0]
+    around, place = _faces_in_turn(face, vertex_ptr, face_id)
     seen = np.full(num_faces, -1, np.int32)
     ptr = np.zeros(num_faces + 1, np.int64)
     neighbor = np.empty(0, np.int32)
@@ -157,10 +214,10 @@ def _one_ring_csr(
             for corner in range(3):
                 lo, hi = vertex_ptr[face[f, corner]], vertex_ptr[face[f, corner] + 1]
                 if hi - lo > _MAX_VALENCE:
-                    at = lo + np.searchsorted(face_id[lo:hi], f)
+                    at = place[lo + np.searchsorted(face_id[lo:hi], f)]
                     lo, hi = max(lo, at - _MAX_VALENCE // 2), min(hi, at + _MAX_VALENCE // 2 + 1)
                 for entry in range(lo, hi):
-                    g = face_id[entry]
+                    g = around[entry]
                     if seen[g] != f:
                         seen[g] = f
                         if fill:
