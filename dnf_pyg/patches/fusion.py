@@ -77,7 +77,7 @@ def closeness(distance: Tensor) -> Tensor:
         Weights, (N,).
 
     Example:
-        >>> closeness(torch.tensor([0.0, 1.0, 2.0]))
-        tensor([1.0010, 0.5010, 0.0010])
+        >>> [round(weight, 3) for weight in closeness(torch.tensor([0.0, 1.0, 2.0])).tolist()]
+        [1.001, 0.501, 0.001]
     """
     return 1.001 - distance / distance.max().clamp(min=torch.finfo(distance.dtype).tiny)
