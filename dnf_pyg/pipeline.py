@@ -144,7 +144,7 @@ def denoise(
     bar = nullcontext(progress) if callable(progress) else progress_bar("filtering", "face", hidden=not progress)
     with bar as report:
         for turn in range(num_passes):
-            options = replace(filtering, seed=filtering.seed + turn)
+            options = replace(filtering, seed=(filtering.seed + turn) % 2**63)
             part = part_of(report, turn, num_passes)
             fused = filter_normals(net, pos, face, options, topology=topology, progress=part, watch=watch)
             normal = fused.normal.double()

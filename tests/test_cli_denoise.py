@@ -229,7 +229,7 @@ def test_full_disk(call, noisy_file, tmp_path):
         resource.setrlimit(resource.RLIMIT_FSIZE, limits)
         signal.signal(signal.SIGXFSZ, handler)
     assert status == 2
-    assert "free some space" in err
+    assert "Free some space" in err
     assert [path.name for path in tmp_path.iterdir()] == [noisy_file.name]
 
 
