@@ -135,7 +135,7 @@ def denoise(
     movable = as_mask(mask, len(source.pos))
     start, face, vertex_id = weld(source.pos, source.face)
     topology = Topology(face, len(start))
-    noise_level = estimate_noise_level(start, face)
+    noise_level = estimate_noise_level(start, face, topology)
     fixed = torch.ones(len(start), dtype=torch.bool)
     fixed[vertex_id[movable]] = False  # a vertex stays where none of its copies may move
     if update.preserve_boundary:
