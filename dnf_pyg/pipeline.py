@@ -38,8 +38,8 @@ class DenoiseResult:
     """Result of :func:`denoise`.
 
     Attributes:
-        mesh: The denoised mesh, of the kind that was given (:class:`~dnf_pyg.io.MeshFile` for a path); all but its
-            vertex positions is as in the input.
+        mesh: The denoised mesh, of the kind that was given (:class:`~dnf_pyg.io.files.MeshFile` for a path); all but
+            its vertex positions is as in the input.
         pos: Its vertex positions, (V, 3) float64.
         face: Its triangles, (3, F).
         normal: Filtered facet normals, (F, 3), unit length, which the vertices were moved to fit.

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import yaml
 
-NET = {"k": [6, 12, 20], "residual_k": 8, "channels": [16, 32, 64], "embedding_channels": 32, "align": True}
+NET = {"k": [6, 12, 20], "residual_k": 8, "channels": [16, 32, 64], "embedding_channels": 32}
 MESHES = ["cad", "gear", "gem", "boat", "blob", "torus_knot", "spot", "fish", "terrain", "koala"]
 ABLATIONS = {  # rows of Table 1: arguments of the network, of the loss
     "wo_inter": ({}, {"intermediate_weight": 0.0}),
@@ -122,16 +122,14 @@ def main():
     views |= {"num_views": 2, "patches": {"num_patches": 40, "patch_size": 300, "k": 30}}
     views["loader"] = {"batch_size": 4, "rotate": False}
     parts = {
-        "gaussian": {"data": clean_meshes(data, folder, k=12), "levels": [4, 8, 12]},
-        "kinect": {
-            "data": {"class_path": "dnf_pyg.datamodules.DepthCameraDataModule", "init_args": views},
-            "levels": [10, 20, 30],
-        },
+        "gaussian": clean_meshes(data, folder, k=12),
+        "kinect": {"class_path": "dnf_pyg.datamodules.DepthCameraDataModule", "init_args": views},
     }
     joint = {"class_path": "dnf_pyg.datamodules.JointDataModule", "init_args": {"parts": parts}}
     wide = {"k": [10, 20, 30]}
-    statistics = {"separate_statistics": ["gaussian", "kinect"]}
-    run(folder, "joint", config(folder, "joint", joint, 350, net=wide, **statistics))
+    uses = {"gaussian": {"k": [4, 8, 12]}, "kinect": {"k": [10, 20, 30]}}
+    options = {"net": wide, "parts": uses, "separate_statistics": ["gaussian", "kinect"]}
+    run(folder, "joint", config(folder, "joint", joint, 350, **options))
 
     few = clean_meshes(data, folder, ["cad", "gem", "blob", "spot"], num_patches=24, jitter=0.005)
     often = {"save_top_k": 0, "every_n_train_steps": 10}
