@@ -81,7 +81,7 @@ def denoised(tmp_path, weights, capsys):
 
 
 def test_table_and_tests_agree():
-    text = PAGE.read_text().split("## What is taken as it is")[1]
+    text = PAGE.read_text().split("## What is accepted")[1]
     assert re.findall(r"^\| (?!fault|---)(.+?) \|", text, re.MULTILINE) == list(MESHES)
 
 
