@@ -31,13 +31,13 @@ def check_range(name: str, value: float, kind: type[int] | type[float], lowest: 
     Example:
         >>> check_range("strength", 2.0, float, 0, 1)
         Traceback (most recent call last):
-        dnf_pyg.errors.OptionError: Expected 'strength' to be a number from 0 to 1 (got 2.0). Choose one of these.
+        dnf_pyg.errors.OptionError: Expected 'strength' to be a number from 0 to 1 (got 2.0). Choose a number ...
     """
     is_number = isinstance(value, int if kind is int else (int, float)) and not isinstance(value, bool)
     if not is_number or not lowest <= value <= highest:
         noun = "a whole number" if kind is int else "a number"
         limits = f"of at least {lowest:g}" if highest == float("inf") else f"from {lowest} to {highest}"
-        raise OptionError(f"Expected '{name}' to be {noun} {limits} (got {value}). Choose one of these.")
+        raise OptionError(f"Expected '{name}' to be {noun} {limits} (got {value}). Choose a number in this range.")
 
 
 def _check_choice(name: str, value: str, choices: tuple[str, ...]) -> None:

@@ -39,8 +39,8 @@ class DenoiseResult:
     """Result of :func:`denoise`.
 
     Attributes:
-        mesh: The denoised mesh, of the kind that was given (:class:`~dnf_pyg.io.MeshFile` for a path); all but its
-            vertex positions is as in the input.
+        mesh: The denoised mesh, of the kind that was given (:class:`~dnf_pyg.io.files.MeshFile` for a path); all but
+            its vertex positions is as in the input.
         pos: Its vertex positions, (V, 3) float64.
         face: Its triangles, (3, F).
         normal: Filtered facet normals, (F, 3), unit length, which the vertices were moved to fit.
@@ -74,7 +74,8 @@ class DenoiseResult:
         """Write the denoised mesh; the ending of the path decides the format.
 
         Raises:
-            MeshFileError: If the format is unknown or the file cannot be written.
+            MeshFileError: If the format is unknown.
+            OutputError: If the file cannot be written.
         """
         save_mesh(self.mesh, self.pos, self.face, path)
 
@@ -134,7 +135,7 @@ def denoise(
     movable = as_mask(mask, len(source.pos))
     start, face, vertex_id = weld(source.pos, source.face)
     topology = Topology(face, len(start))
-    noise_level = estimate_noise_level(start, face)
+    noise_level = estimate_noise_level(start, face, topology)
     fixed = torch.ones(len(start), dtype=torch.bool)
     fixed[vertex_id[movable]] = False  # a vertex stays where none of its copies may move
     if update.preserve_boundary:

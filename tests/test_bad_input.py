@@ -171,8 +171,9 @@ def prepared(case, place, weights, monkeypatch):
     elif case == "page or picture of several inputs":
         trimesh.creation.box().export(place / "box.ply")
         words |= {"input": ["noisy.ply", "box.ply"], "-o": ".", "more": ["--report", "page.html"]}
-    elif case == "no output named":
-        pass
+    elif case == "no output named for several inputs":
+        trimesh.creation.box().export(place / "box.ply")
+        words["input"] = ["noisy.ply", "box.ply"]
     elif case == "weights of no known name":
         words["more"] = ["--weights", "nonesuch"]
     elif case == "folder without weights":
@@ -196,7 +197,7 @@ def prepared(case, place, weights, monkeypatch):
         raise AssertionError(f"no test for the case '{case}'")
     if "--weights" not in words["more"]:
         words["more"] += ["--weights", str(weights)]
-    output = [] if case == "no output named" else ["-o", words["-o"]]
+    output = [] if "no output named" in case else ["-o", words["-o"]]
     return [*words["input"], *output, *words["more"]]
 
 

@@ -21,7 +21,7 @@ ALLOWED = {
     "weights": {"errors", "nn", "options"},
     "pipeline": {"errors", "io", "mesh", "nn", "options", "patches", "progress", "weights"},
     "view": {"errors", "io", "mesh"},
-    "evaluate": {"datasets", "errors", "io", "mesh", "pipeline", "view", "weights"},
+    "evaluate": {"datasets", "errors", "io", "mesh", "options", "pipeline", "view", "weights"},
     "train": {"errors", "evaluate", "io", "mesh", "nn", "options", "pipeline", "view", "weights"},
     "datamodules": {"datasets", "errors", "io", "mesh", "patches", "synthetic", "transforms"},
 }

@@ -17,7 +17,12 @@ from dnf_pyg import FAST, FilterOptions, OptionError, UpdateOptions
         (FilterOptions, "seed", -1, r"'seed' to be a whole number from 0 to"),
         (FilterOptions, "growth", "hat", r"'growth' to be one of dijkstra, heat \(got hat\). Choose one of these."),
         (FilterOptions, "precision", "fp16", r"'precision' to be one of fp32, bf16 \(got fp16\)"),
-        (UpdateOptions, "strength", 1.5, r"'strength' to be a number from 0 to 1 \(got 1.5\). Choose one of these."),
+        (
+            UpdateOptions,
+            "strength",
+            1.5,
+            r"a number from 0 to 1 \(got 1.5\). Choose a number in this range.",
+        ),
         (UpdateOptions, "strength", float("nan"), r"'strength' to be a number from 0 to 1 \(got nan\)"),
         (UpdateOptions, "strength", "half", r"'strength' to be a number from 0 to 1 \(got half\)"),
         (UpdateOptions, "max_move", -1.0, r"'max_move' to be a number of at least 0 \(got -1.0\)"),

@@ -20,7 +20,6 @@ from dnf_pyg.evaluate.benchmark import (
     Row,
     RowLog,
     Store,
-    VertexUpdate,
     read_published,
     run_benchmark,
 )
@@ -73,8 +72,7 @@ def methods_of(options: MethodOptions) -> list[Method]:
         WeightsError: If a network cannot be loaded.
     """
     networks = [network_method(*split_title(word), options) for word in options.weights]
-    shared = VertexUpdate(options.update.num_iterations, options.update.max_correlation)
-    update = shared if options.filter_update == "shared" else None
+    update = options.update if options.filter_update == "shared" else None
     return [*networks, *(ClassicalMethod(name, BASELINES[name](), update) for name in options.baselines)]
 
 

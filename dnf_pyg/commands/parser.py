@@ -95,7 +95,7 @@ def summary(kind: type) -> str:
     return (parse(kind.__doc__ or "").short_description or "").rstrip(".")
 
 
-def _fields(kind: type, inner: bool = False) -> Iterator[tuple[dataclasses.Field, Any, str, bool]]:
+def _fields(kind: Any, inner: bool = False) -> Iterator[tuple[dataclasses.Field, Any, str, bool]]:
     """Fields of a dataclass and of those inside it: type, description, and whether it is positional."""
     hints = get_type_hints(kind)
     texts = {

@@ -16,6 +16,8 @@ def run(options: WeightsOptions) -> None:
         WeightsError: If weights lack their model card, or do not have the checksum that it states.
     """
     releases = packaged_releases()
+    if not releases:
+        tell("There are no weights in this build. Train some with `dnf-pyg fit`.")
     for release in releases:
         tell(*release_lines(release))
     damaged = [release.name for release in releases if not release.intact]

@@ -19,6 +19,7 @@ from torch_geometric.data import Data
 from dnf_pyg.errors import MeshError, OptionError
 from dnf_pyg.io.atomic import write_files
 from dnf_pyg.io.convert import export
+from dnf_pyg.io.copies import Copies
 from dnf_pyg.io.files import MeshFile, check_suffix, read_mesh, write_mesh
 
 __all__ = ["MeshInput", "as_input", "as_mask", "save_mesh"]
@@ -43,9 +44,9 @@ def as_input(mesh: Any) -> MeshInput:
     """Read the triangles of a mesh.
 
     Args:
-        mesh: Path of a mesh file; :class:`~dnf_pyg.io.MeshFile`; arrays ``(vertices, faces)``, (V, 3) and (F, 3); PyG
-            ``Data`` with ``pos`` (V, 3) and ``face`` (3, F); ``trimesh.Trimesh``; ``trimesh.Scene``, whose meshes are
-            taken together where their first node places them; triangle mesh of PyVista (``PolyData``), Open3D
+        mesh: Path of a mesh file; :class:`~dnf_pyg.io.files.MeshFile`; arrays ``(vertices, faces)``, (V, 3) and (F, 3);
+            PyG ``Data`` with ``pos`` (V, 3) and ``face`` (3, F); ``trimesh.Trimesh``; ``trimesh.Scene``, whose meshes
+            are taken together where their first node places them; triangle mesh of PyVista (``PolyData``), Open3D
             (``open3d.geometry.TriangleMesh``) or meshio.
 
     Raises:
@@ -101,8 +102,8 @@ def as_mask(mask: Tensor | NDArray[np.bool_] | None, num_vertices: int) -> Tenso
 def save_mesh(mesh: Any, pos: Tensor, face: Tensor, path: str | Path) -> None:
     """Write a mesh of any kind; the file appears whole or not at all.
 
-    A mesh from a file and a mesh or scene of trimesh keep their colours, textures and so on, as far as the format can
-    hold them; of any other kind the triangles are written.
+    A mesh from a file, a mesh of trimesh, and a scene of trimesh as glb or gltf keep their colours, textures and so on,
+    as far as the format can hold them; of any other kind the triangles are written.
 
     Args:
         mesh: The mesh.
@@ -111,13 +112,16 @@ def save_mesh(mesh: Any, pos: Tensor, face: Tensor, path: str | Path) -> None:
         path: File to write; its ending decides the format.
 
     Raises:
-        MeshFileError: If the format is unknown or the file cannot be written.
+        MeshFileError: If the format is unknown.
+        OutputError: If the file cannot be written.
     """
     path = Path(path)
     check_suffix(path)
-    if isinstance(mesh, trimesh.Scene):
-        scene: Any = mesh  # trimesh exports both alike
-        write_files(export(scene, path))
+    if isinstance(mesh, trimesh.Scene) and path.suffix.lower() in (".glb", ".gltf"):
+        scene: Any = mesh  # trimesh exports scenes and meshes alike
+        copies = Copies(path)
+        data = export(scene, copies)
+        write_files({**copies.files, path: data})
     elif isinstance(mesh, MeshFile | trimesh.Trimesh):
         write_mesh(mesh, pos, path)
     else:

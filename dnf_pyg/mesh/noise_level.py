@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from torch import Tensor
 
-from dnf_pyg.mesh.geometry import mean_edge_length, vertex_normals
+from dnf_pyg.mesh.geometry import vertex_normals
+from dnf_pyg.mesh.topology import Topology
 from dnf_pyg.mesh.vertex_graph import lazy_walk
 
 __all__ = ["NoiseEstimate", "estimate_noise", "estimate_noise_level"]
@@ -22,9 +23,10 @@ _FEW = 500  # vertices, too few to tell noise from shape by the bands alone
 _FOUND = (0.0, 0.05, 0.101, 0.195, 0.278, 0.342, 0.404, 0.492, 0.58)
 _TRUE = (0.0, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.7, 1.0)
 
-# Squared response of the middle band, relative to that of the high band: up to 3.2 (1.8 without the square) on coarse
-# shapes with white noise of at least 0.1, at least 3.5 on real scans; the width makes the transition between them
-_SHAPE, _WIDTH = 3.2, 0.12
+# Squared ratio of the responses of the middle and the high band that white noise reaches on coarse shapes: the part
+# of the shape counts less the stronger the noise is; real scans with weak noise reach at least 3.5
+_WHITE, _SHAPE, _MOST = 1.9, 0.018, 3.2
+_WIDTH = 0.12  # of the transition from white to correlated noise
 _LARGEST = 6.0  # ratio of the responses in noise; a smooth clean shape has a larger one
 _VARIANCE = 2.0  # of correlated noise, relative to the squared response of the middle band
 _CORRELATION = 0.85  # at one edge, of noise without a white part
@@ -42,7 +44,7 @@ class NoiseEstimate(NamedTuple):
     correlation: float
 
 
-def estimate_noise(pos: Tensor, face: Tensor) -> NoiseEstimate:
+def estimate_noise(pos: Tensor, face: Tensor, topology: Topology | None = None) -> NoiseEstimate:
     r"""Estimate the level and the correlation of the noise of a mesh.
 
     With the lazy random walk S on the vertices (:func:`~dnf_pyg.mesh.vertex_graph.lazy_walk`), the vertex positions
@@ -63,12 +65,13 @@ def estimate_noise(pos: Tensor, face: Tensor) -> NoiseEstimate:
     Args:
         pos: Vertex positions, (V, 3), model units.
         face: Vertices of each face, (3, F).
+        topology: Connectivity of the mesh; computed if not given.
 
     Returns:
         Level and correlation; both 0 for a mesh without edges or without noise. The level is within 10% of the truth
         from 0.1 on for white noise along the normal. It is too low for strong noise in all directions, and for
         correlated noise, whose part longer than about 5 edges cannot be told from the shape. A correlation above 0.4
-        means correlated noise, or hardly any noise on a shape with detail as small as a few edges.
+        means correlated noise, or a level below 0.1 on a shape with edges or detail only a few mean edges apart.
 
     Example:
         >>> import torch
@@ -77,12 +80,13 @@ def estimate_noise(pos: Tensor, face: Tensor) -> NoiseEstimate:
         NoiseEstimate(level=0.0, correlation=0.0)
     """
     pos, face = pos.detach().cpu().double(), face.cpu()
-    unit = float(mean_edge_length(pos, face))
+    topology = topology or Topology(face, len(pos))
+    unit = float(topology.mean_edge_length(pos))
     if unit == 0:
         return NoiseEstimate(0.0, 0.0)
     used = np.unique(face.numpy())
     centred = ((pos - pos[used].mean(dim=0)) / unit).numpy()
-    walk = lazy_walk(face, len(pos))
+    walk = lazy_walk(topology.edges, len(pos))
     high, middle = _responses(walk, centred, _smooth(walk, vertex_normals(pos, face).numpy()), used)
     flatness = _flatness(centred, face.numpy(), _QUANTILE)
     coarse = (middle > _COARSE and flatness < high / 2) or len(used) < _FEW
@@ -94,7 +98,8 @@ def estimate_noise(pos: Tensor, face: Tensor) -> NoiseEstimate:
     explained = min(1.0, flat + flatness)  # strong noise bends the pairs less than it moves the vertices
     white = explained * high
     middle = min(middle, _LARGEST * high)
-    excess = 0.0 if coarse else max((middle / high) ** 2 - _SHAPE, 0.0) / _WIDTH
+    limit = min(_WHITE + _SHAPE / high**2, _MOST)
+    excess = 0.0 if coarse else max((middle / high) ** 2 - limit, 0.0) / _WIDTH
     correlated = excess / (1 + excess)
     certain = correlated * min(max(4 * flat - 3, 0.0), 1.0)  # not where sharp edges raise both bands
     variance = (1 - certain) * white**2 + certain * _VARIANCE * middle**2
@@ -102,17 +107,18 @@ def estimate_noise(pos: Tensor, face: Tensor) -> NoiseEstimate:
     return NoiseEstimate(bias * variance**0.5, explained * correlated * _CORRELATION)
 
 
-def estimate_noise_level(pos: Tensor, face: Tensor) -> float:
+def estimate_noise_level(pos: Tensor, face: Tensor, topology: Topology | None = None) -> float:
     """Estimate the standard deviation of the noise along the normal: the level of :func:`estimate_noise`.
 
     Args:
         pos: Vertex positions, (V, 3), model units.
         face: Vertices of each face, (3, F).
+        topology: Connectivity of the mesh; computed if not given.
 
     Returns:
         Noise level, mean edge lengths; 0 for a mesh without edges.
     """
-    return estimate_noise(pos, face).level
+    return estimate_noise(pos, face, topology).level
 
 
 def _smooth(walk: csr_array, normal: NDArray[np.float64]) -> NDArray[np.float64]:

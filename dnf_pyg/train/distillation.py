@@ -29,7 +29,7 @@ class Distillation:
     Hinton et al. 2015, "Distilling the knowledge in a neural network", for regression.
 
     Args:
-        teachers: Weights of the teacher of each data set (see :func:`~dnf_pyg.weights.load.load_network`).
+        teachers: Weights of the teacher of each data set (see :func:`~dnf_pyg.weights.load_network`).
         weight: Share :math:`w` of the teachers, from 0 to 1.
 
     Raises:

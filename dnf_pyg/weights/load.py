@@ -24,7 +24,7 @@ def load_network(weights: str | Path, data_set: str | None = None) -> FilteringN
 
     Args:
         weights: Name of packaged weights, a folder with ``config.json`` and ``model.safetensors``
-            (:meth:`~dnf_pyg.nn.DNFNet.save_pretrained`), a Lightning checkpoint made by ``dnf-pyg fit``, or
+            (:meth:`~dnf_pyg.nn.FilteringNetwork.save_pretrained`), a Lightning checkpoint made by ``dnf-pyg fit``, or
             ``hf://user/name`` for a repository of the Hugging Face hub.
         data_set: Data set of a joint training whose statistics of batch normalization are used; needed for the
             checkpoint of a training that kept those of several.

@@ -8,7 +8,6 @@ from dnf_pyg.evaluate.benchmark.methods import (
     NetworkMethod,
     OutputFolder,
     Result,
-    VertexUpdate,
 )
 from dnf_pyg.evaluate.benchmark.report import summary_table, write_results
 from dnf_pyg.evaluate.benchmark.rows import Failure, Row, RowLog, read_published, read_results
@@ -23,7 +22,6 @@ __all__ = [
     "Row",
     "RowLog",
     "Store",
-    "VertexUpdate",
     "read_published",
     "read_results",
     "run_benchmark",

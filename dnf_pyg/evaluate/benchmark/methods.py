@@ -15,9 +15,10 @@ from dnf_pyg.errors import MeshError, MeshFileError
 from dnf_pyg.evaluate.baselines import Baseline
 from dnf_pyg.io import SUFFIXES, read_mesh
 from dnf_pyg.mesh.vertex_update import update_vertices
+from dnf_pyg.options import UpdateOptions
 from dnf_pyg.pipeline import DenoiseResult
 
-__all__ = ["ClassicalMethod", "Method", "NetworkMethod", "OutputFolder", "Result", "VertexUpdate"]
+__all__ = ["ClassicalMethod", "Method", "NetworkMethod", "OutputFolder", "Result"]
 
 
 class Result(NamedTuple):
@@ -79,14 +80,6 @@ class NetworkMethod:
 
 
 @dataclass(frozen=True)
-class VertexUpdate:
-    """The vertex update that methods share, see :func:`~dnf_pyg.mesh.vertex_update.update_vertices`."""
-
-    num_iterations: int = 60
-    max_correlation: float = -0.03
-
-
-@dataclass(frozen=True)
 class ClassicalMethod:
     """One of :mod:`dnf_pyg.evaluate.baselines`.
 
@@ -99,7 +92,7 @@ class ClassicalMethod:
 
     name: str
     baseline: Baseline
-    update: VertexUpdate | None = VertexUpdate()
+    update: UpdateOptions | None = UpdateOptions()
 
     def parameters(self, noisy: str) -> str:
         """Classes and parameters of the filter and of the update."""

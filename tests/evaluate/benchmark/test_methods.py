@@ -1,12 +1,11 @@
 from functools import partial
-from inspect import signature
 
 import pytest
 import torch
 
 from dnf_pyg.errors import MeshError, MeshFileError
 from dnf_pyg.evaluate.baselines import BilateralNormalFilter
-from dnf_pyg.evaluate.benchmark import ClassicalMethod, NetworkMethod, OutputFolder, VertexUpdate
+from dnf_pyg.evaluate.benchmark import ClassicalMethod, NetworkMethod, OutputFolder
 from dnf_pyg.io import read_mesh
 from dnf_pyg.mesh.vertex_update import update_vertices
 from dnf_pyg.nn import DNFNet
@@ -32,22 +31,15 @@ def test_network_gives_what_denoise_gives(noisy):
 
 
 def test_classical_filter_moves_vertices_as_networks_do(noisy):
-    update = VertexUpdate(num_iterations=7, max_correlation=0.1)
+    update = UpdateOptions(num_iterations=7, max_correlation=0.1)
     method = ClassicalMethod("BNF", BilateralNormalFilter(num_iterations=2), update)
     result = method("ball_n2", noisy.pos, noisy.face)
     normal = BilateralNormalFilter(num_iterations=2)(noisy.pos, noisy.face).normal
     expected = update_vertices(noisy.pos, noisy.face, normal, 7, max_correlation=0.1)
     torch.testing.assert_close((result.pos, result.normal), (expected, normal))
     assert method.parameters("ball_n2") == (
-        "BilateralNormalFilter(sigma_range=0.35, num_iterations=2, num_vertex_iterations=20), "
-        "VertexUpdate(num_iterations=7, max_correlation=0.1)"
+        f"BilateralNormalFilter(sigma_range=0.35, num_iterations=2, num_vertex_iterations=20), {update!r}"
     )
-
-
-def test_shared_update_is_that_of_denoise():
-    defaults = signature(denoise).parameters
-    update = ClassicalMethod("BNF", BilateralNormalFilter()).update
-    assert vars(update) == {name: defaults[name].default for name in ("num_iterations", "max_correlation")}
 
 
 def test_classical_filter_with_its_own_vertex_positions(noisy):
