@@ -60,9 +60,8 @@ class SplitStatistics(torch.nn.Module):
         finally:
             for row, ((norm, key), buffer) in enumerate(zip(self._places(), own, strict=True)):
                 self._kept(row)[place] = getattr(norm, key)
-                setattr(
-                    norm, key, buffer.copy_(getattr(norm, key))
-                )  # the network keeps its own buffers, with the new values
+                # the network keeps its own buffers, with the new values
+                setattr(norm, key, buffer.copy_(getattr(norm, key)))
 
     def _places(self) -> list[tuple[_BatchNorm, str]]:
         return [(norm, key) for norm in self._norms for key, _ in norm.named_buffers(recurse=False)]
