@@ -57,7 +57,8 @@ class FilterOptions:
         coverage: Number of patches that every face lies in, at least. More overlap is better and slower.
         growth: Geodesic distance by which patches grow: dijkstra follows shortest paths over the faces, heat uses the
             heat method.
-        batch_size: Patches per call of the network. Fewer need less memory.
+        batch_size: Patches per call of the network, or as many smaller ones as have that many faces. Fewer need less
+            memory.
         seed: Seed of the choice of patches. The same seed gives the same result.
         precision: Precision of the matrix products: bf16 is faster on hardware that supports it.
 

@@ -4,7 +4,6 @@ import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, replace
-from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +11,6 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 from torch import Tensor
-from torch_geometric.data import Batch
 
 from dnf_pyg.errors import DenoiseWarning, OptionError
 from dnf_pyg.io.inputs import as_input, as_mask, save_mesh
@@ -25,7 +23,8 @@ from dnf_pyg.mesh.weld import weld
 from dnf_pyg.nn import FilteringNetwork
 from dnf_pyg.nn.inference import evaluation_network, sparser_edges
 from dnf_pyg.options import FAST, FilterOptions, UpdateOptions, check_range
-from dnf_pyg.patches import FaceFeatures, PatchExtractor, cover, patch_to_data
+from dnf_pyg.patches import FaceFeatures, PatchExtractor, cover
+from dnf_pyg.patches.batching import batches
 from dnf_pyg.patches.fusion import FusedNormals, PatchFusion
 from dnf_pyg.progress import Progress, Stopwatch, part_of, progress_bar
 from dnf_pyg.weights.load import DEFAULT_WEIGHTS, load_network
@@ -218,8 +217,7 @@ def filter_normals(
     generator = torch.Generator().manual_seed(filtering.seed)
     patches = cover(extractor, min_coverage=filtering.coverage, generator=generator)
     fusion = PatchFusion(extractor.num_faces)
-    while group := list(islice(patches, filtering.batch_size)):
-        batch = Batch.from_data_list([patch_to_data(patch, features) for patch in group])
+    for group, batch in batches(patches, features, filtering.batch_size * filtering.patch_size):
         watch.lap("patches")
         with torch.autocast(device.type, dtype=torch.bfloat16, enabled=filtering.precision == "bf16"):
             sent = batch.to(device)

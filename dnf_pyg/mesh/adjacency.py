@@ -8,7 +8,7 @@ from torch import Tensor
 
 __all__ = ["boundary_vertices", "edge_adjacent", "one_ring", "one_ring_csr", "vertex_faces"]
 
-_MAX_VALENCE = 512  # faces at a vertex; the pairs among more of them would take memory that grows with their square
+_MAX_VALENCE = 64  # faces at a vertex or an edge; the pairs among more of them would grow with their square
 
 
 def vertex_faces(face: Tensor, num_vertices: int) -> tuple[Tensor, Tensor]:
@@ -40,8 +40,8 @@ def vertex_faces(face: Tensor, num_vertices: int) -> tuple[Tensor, Tensor]:
 def one_ring(face: Tensor, num_vertices: int) -> Tensor:
     """List the pairs of faces that share at least a vertex.
 
-    Differs: at a vertex of more than 512 faces, each of them is paired only with the 256 before and the 256
-    after it in the order of the file, so that memory stays in proportion to the mesh.
+    Differs: at a vertex of more than 64 faces, each of them is paired only with the 32 before and the 32 after it in
+    the order of the file, so that time and memory stay in proportion to the mesh. The faces at a vertex stay connected.
 
     Args:
         face: Vertices of each face, shape (3, F).
@@ -66,7 +66,7 @@ def edge_adjacent(face: Tensor) -> Tensor:
 
     At an edge of three or more faces every two of them form a pair; so do duplicate faces.
 
-    Differs: of more than 512 faces at one edge, each is paired only with the 511 before and after it in the file.
+    Differs: of more than 64 faces at one edge, each is paired only with the 63 before and after it in the file.
 
     Args:
         face: Vertices of each face, shape (3, F).

@@ -5,7 +5,7 @@ How faults are handled (tested in ``tests/datasets/test_faulty_meshes.py``); fac
 =================================  ===================================================================================
 open boundary                      patches end at it
 several components, lone faces     a patch stays in its component, and has no more faces and neighbours than that
-non-manifold edge, bow-tie vertex  all faces that share a vertex are neighbours; of more than 512 at one vertex only
+non-manifold edge, bow-tie vertex  all faces that share a vertex are neighbours; of more than 64 at one vertex only
                                    those that are close to each other in the file
 zero-area face                     takes the normal of the faces around it, or (0, 0, 1) where there are none
 duplicate faces                    kept, at a distance of 1/65536 of the mean edge length from each other

@@ -19,6 +19,7 @@ A level of k nearest faces has the edges with a rank below k (:func:`~dnf_pyg.nn
 edges are stored. The rank is called ``edge_attr`` since that is what ``Data.coalesce`` and ``Data.sort`` carry along.
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import torch
@@ -36,7 +37,7 @@ from dnf_pyg.mesh import (
 )
 from dnf_pyg.mesh.dijkstra import nearest_within
 
-__all__ = ["FaceFeatures", "Patch", "PatchExtractor", "patch_to_data"]
+__all__ = ["FaceFeatures", "Patch", "PatchExtractor", "patch_to_data", "patches_to_data"]
 
 _MAX_PATCH_SIZE = 2**15 - 1  # rows are stored as int16
 
@@ -163,27 +164,53 @@ def patch_to_data(patch: Patch, features: FaceFeatures, clean_normal: Tensor | N
         >>> data.num_node_features, data.edge_index.tolist(), data.edge_attr.tolist()
         (3, [[0, 1, 1, 0], [0, 0, 1, 1]], [0, 1, 0, 1])
     """
-    num_faces, k = patch.neighbor.shape
-    device = patch.neighbor.device
-    edge_index = torch.empty(2, num_faces, k, dtype=torch.long, device=device)
-    edge_index[0] = patch.neighbor
-    edge_index[1] = torch.arange(num_faces, device=device).unsqueeze(1)
-    edge_index = edge_index.flatten(1)
-    rank = torch.arange(k, device=device).expand(num_faces, k).flatten()
-    if bool((patch.neighbor[:, -1] < 0).any()):
-        known = edge_index[0] >= 0
-        edge_index, rank = edge_index[:, known], rank[known]
-    centroid = features.centroid[patch.face_id]
-    data = Data(
-        x=features.normal[patch.face_id].float(),
-        pos=(centroid - centroid[:1]).float(),
-        area=features.area[patch.face_id].float(),
-        edge_index=edge_index,
-        edge_attr=rank,
-        face_id=patch.face_id,
-        distance=patch.distance,
-        seed_index=torch.zeros(1, dtype=torch.long, device=device),
-    )
+    data = patches_to_data([patch], features)
+    del data.batch
     if clean_normal is not None:
         data.y = clean_normal[patch.face_id].float()
     return data
+
+
+def patches_to_data(patches: Sequence[Patch], features: FaceFeatures) -> Data:
+    """Make one ``Data`` of many patches, at a cost that depends on their faces rather than their number.
+
+    Args:
+        patches: Patches of one mesh, at least one.
+        features: Features of all faces of the mesh.
+
+    Returns:
+        The attributes of ``Batch.from_data_list`` of the single patches (:func:`patch_to_data`), among them ``batch``,
+        the patch of each face, shape (N,) long.
+
+    Example:
+        >>> pos = torch.tensor([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]])
+        >>> face = torch.tensor([[0, 1], [1, 3], [2, 2]])
+        >>> patch = PatchExtractor(pos, face, patch_size=1).extract(1)
+        >>> patches_to_data([patch, patch], FaceFeatures.from_mesh(pos, face)).edge_index.tolist()
+        [[0, 1], [0, 1]]
+    """
+    device = patches[0].neighbor.device
+    size = torch.tensor([len(patch.face_id) for patch in patches], device=device)
+    first = size.cumsum(0) - size
+    batch = torch.arange(len(patches), device=device).repeat_interleave(size)
+    width = torch.tensor([patch.neighbor.size(1) for patch in patches], device=device)[batch]
+    centre = torch.arange(len(batch), device=device).repeat_interleave(width)
+    rank = torch.arange(len(centre), device=device) - (width.cumsum(0) - width)[centre]
+    neighbor = torch.cat([patch.neighbor.flatten() for patch in patches]).long()
+    edge_index = torch.stack([neighbor + first[batch][centre], centre])
+    known = neighbor >= 0
+    if not known.all():
+        edge_index, rank = edge_index[:, known], rank[known]
+    face_id = torch.cat([patch.face_id for patch in patches])
+    centroid = features.centroid[face_id]
+    return Data(
+        x=features.normal[face_id].float(),
+        pos=(centroid - centroid[first][batch]).float(),
+        area=features.area[face_id].float(),
+        edge_index=edge_index,
+        edge_attr=rank,
+        face_id=face_id,
+        distance=torch.cat([patch.distance for patch in patches]),
+        seed_index=first,
+        batch=batch,
+    )

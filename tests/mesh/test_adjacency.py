@@ -1,5 +1,7 @@
 import pytest
 import torch
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from dnf_pyg.mesh import boundary_vertices, edge_adjacent, one_ring, vertex_faces
 
@@ -45,23 +47,57 @@ def test_face_that_names_a_vertex_twice_is_listed_once():
     assert (ptr.tolist(), face_id.tolist()) == ([0, 1, 2, 3], [0, 0, 1])
 
 
-def test_hub_vertex_stays_small_and_connected():
+def fan(count, order=None):
+    """Faces around vertex 0 of a cone."""
+    rim = torch.arange(count) if order is None else order
+    return torch.stack([torch.zeros_like(rim), rim + 1, (rim + 1) % count + 1])
+
+
+def num_components(pairs, num_faces):
+    ones = torch.ones(pairs.size(1))
+    return connected_components(coo_array((ones, pairs.numpy()), (num_faces, num_faces)), directed=False)[0]
+
+
+@pytest.mark.parametrize("count", [3, 13, 63, 64])
+def test_vertex_keeps_all_its_faces(count):
+    face = fan(count)
+    pairs = one_ring(face, count + 1)
+    assert torch.equal(pairs, reference(face, common=1))
+    assert pairs.size(1) == count * (count - 1)
+
+
+@pytest.mark.parametrize("shuffled", [False, True])
+def test_hub_vertex_has_few_pairs_and_stays_connected(shuffled):
     count = 2000
-    rim = torch.arange(count) + 1
-    face = torch.stack([torch.zeros_like(rim), rim, rim % count + 1])
+    order = torch.randperm(count, generator=torch.Generator().manual_seed(0)) if shuffled else None
+    face = fan(count, order)
     pairs = one_ring(face, count + 1)
     degree = torch.bincount(pairs[1], minlength=count)
-    assert degree.max() <= 514
+    assert degree.max() <= 66  # the two across its edges may lie elsewhere in the file
+    assert degree.min() >= 32
     code = pairs[1] * count + pairs[0]
     assert torch.equal(code, (pairs[0] * count + pairs[1]).sort().values)  # both directions
-    assert degree[1000] == 512
+    assert num_components(pairs, count) == 1
+    found = set(map(tuple, pairs.t().tolist()))
+    assert found >= set(map(tuple, edge_adjacent(face).t().tolist()))
+    assert found >= {(f, g) for f in range(count) for g in range(f + 1, min(f + 33, count))}
     assert edge_adjacent(face).size(1) == 2 * count
 
 
-def test_edge_of_very_many_faces_stays_small():
+def test_many_copies_of_a_mesh_have_few_pairs_and_stay_connected(sphere_mesh):
+    pos, face = sphere_mesh
+    for copies in (face.repeat(1, 50), face.repeat_interleave(50, dim=1)):
+        pairs = one_ring(copies, len(pos))
+        assert torch.bincount(pairs[1]).max() <= 3 * 64
+        assert num_components(pairs, copies.size(1)) == 1
+
+
+def test_edge_of_very_many_faces_has_few_pairs():
     count = 1500
     face = torch.stack([torch.zeros(count), torch.ones(count), torch.arange(count) + 2]).long()
-    assert torch.bincount(edge_adjacent(face)[1]).max() <= 1022
+    pairs = edge_adjacent(face)
+    assert torch.bincount(pairs[1]).max() == 2 * 63
+    assert num_components(pairs, count) == 1
 
 
 def test_boundary():
