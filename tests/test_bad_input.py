@@ -146,7 +146,6 @@ def prepared(case, place, weights, monkeypatch):
     elif case == "option that does not exist":
         words["more"] = ["--strenght", "1"]
     elif case == "disk full":
-
         real = os.replace
 
         def replace(source, target):
