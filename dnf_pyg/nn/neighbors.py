@@ -122,8 +122,12 @@ def feature_neighbors(x: Tensor, k: int, batch: Tensor | None = None) -> Tensor:
         >>> feature_neighbors(torch.tensor([[0.0], [1.0], [3.0]]), k=2).tolist()
         [[0, 1, 1, 0, 2, 1], [0, 0, 1, 1, 2, 2]]
     """
+    x = x.to(torch.promote_types(x.dtype, torch.float32))
+    sizes = patch_sizes(batch, x.size(0))
+    if batch is not None and min(sizes) <= k:
+        return _with_small_patches(x, k, batch, torch.tensor(sizes, device=x.device))
     neighbor, center, start = [], [], 0
-    for patch in x.to(torch.promote_types(x.dtype, torch.float32)).split(patch_sizes(batch, x.size(0))):
+    for patch in x.split(sizes):
         size = patch.size(0)
         patch = patch - patch.mean(dim=0)  # smaller numbers lose fewer digits below
         with torch.autocast(x.device.type, enabled=False):
@@ -133,6 +137,29 @@ def feature_neighbors(x: Tensor, k: int, batch: Tensor | None = None) -> Tensor:
         center.append(torch.arange(start, start + size, device=x.device).repeat_interleave(nearest.size(1)))
         start += size
     return torch.stack([torch.cat(neighbor), torch.cat(center)])
+
+
+def _with_small_patches(x: Tensor, k: int, batch: Tensor, size: Tensor) -> Tensor:
+    """Find the neighbours where some patches have at most ``k`` nodes: all nodes of each of these, without a loop.
+
+    Args:
+        x: Features, shape (N, C).
+        k: Neighbours per node.
+        batch: Patch of each node, sorted, shape (N,).
+        size: Nodes of each patch, shape (P,).
+    """
+    width = size[batch]
+    small, large = (width <= k).nonzero().flatten(), (width > k).nonzero().flatten()
+    width = width[small]
+    center = small.repeat_interleave(width)
+    column = torch.arange(center.size(0), device=x.device) - (width.cumsum(0) - width).repeat_interleave(width)
+    neighbor = (size.cumsum(0) - size)[batch[center]] + column
+    nearest_first = (x[neighbor] - x[center]).square().sum(dim=1).argsort(stable=True)
+    edge_index = torch.stack([neighbor, center])[:, nearest_first]
+    if large.numel():
+        patch = batch[large].unique_consecutive(return_inverse=True)[1]
+        edge_index = torch.cat([edge_index, large[feature_neighbors(x[large], k, patch)]], dim=1)
+    return edge_index[:, edge_index[1].argsort(stable=True)]
 
 
 def _smallest(values: Tensor, k: int, num_groups: int = 100) -> Tensor:

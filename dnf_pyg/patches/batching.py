@@ -32,10 +32,11 @@ def batches(patches: Iterable[Patch], features: FaceFeatures, max_faces: int) ->
     group: list[Patch] = []
     num_faces = 0
     for patch in patches:
-        if group and num_faces + len(patch.face_id) > max_faces:
+        size = patch.face_id.size(0)
+        if group and num_faces + size > max_faces:
             yield group, patches_to_data(group, features)
             group, num_faces = [], 0
         group.append(patch)
-        num_faces += len(patch.face_id)
+        num_faces += size
     if group:
         yield group, patches_to_data(group, features)

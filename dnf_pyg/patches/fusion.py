@@ -56,7 +56,9 @@ class PatchFusion:
             normal: Normals of their faces, (N, 3) float32, one patch after the other.
         """
         face_id = torch.cat([patch.face_id for patch in patches])
-        weight = torch.cat([closeness(patch.distance) for patch in patches])
+        size = torch.tensor([patch.face_id.size(0) for patch in patches])
+        batch = torch.arange(len(patches)).repeat_interleave(size)
+        weight = closeness(torch.cat([patch.distance for patch in patches]), batch)
         self._total.index_add_(0, face_id, normal * weight[:, None])
         self._weight.index_add_(0, face_id, weight)
         self.coverage.index_add_(0, face_id, torch.ones_like(face_id))
@@ -67,11 +69,12 @@ class PatchFusion:
         return FusedNormals(F.normalize(self._total, dim=-1), self.coverage, confidence)
 
 
-def closeness(distance: Tensor) -> Tensor:
+def closeness(distance: Tensor, batch: Tensor | None = None) -> Tensor:
     """Compute the weight of each face of a patch: 1 at the seed, nearly 0 at the rim.
 
     Args:
-        distance: Geodesic distance of each face from the seed of the patch, (N,).
+        distance: Geodesic distance of each face from the seed of its patch, (N,).
+        batch: Patch of each face, sorted, (N,); one patch if ``None``.
 
     Returns:
         Weights, (N,).
@@ -80,4 +83,8 @@ def closeness(distance: Tensor) -> Tensor:
         >>> [round(weight, 3) for weight in closeness(torch.tensor([0.0, 1.0, 2.0])).tolist()]
         [1.001, 0.501, 0.001]
     """
-    return 1.001 - distance / distance.max().clamp(min=torch.finfo(distance.dtype).tiny)
+    if batch is None:
+        rim = distance.max()
+    else:
+        rim = distance.new_zeros(int(batch[-1]) + 1).scatter_reduce_(0, batch, distance, "amax")[batch]
+    return 1.001 - distance / rim.clamp(min=torch.finfo(distance.dtype).tiny)

@@ -190,10 +190,10 @@ def patches_to_data(patches: Sequence[Patch], features: FaceFeatures) -> Data:
         [[0, 1], [0, 1]]
     """
     device = patches[0].neighbor.device
-    size = torch.tensor([len(patch.face_id) for patch in patches], device=device)
+    size, width = torch.tensor([patch.neighbor.shape for patch in patches], device=device).t()
     first = size.cumsum(0) - size
     batch = torch.arange(len(patches), device=device).repeat_interleave(size)
-    width = torch.tensor([patch.neighbor.size(1) for patch in patches], device=device)[batch]
+    width = width[batch]
     centre = torch.arange(len(batch), device=device).repeat_interleave(width)
     rank = torch.arange(len(centre), device=device) - (width.cumsum(0) - width)[centre]
     neighbor = torch.cat([patch.neighbor.flatten() for patch in patches]).long()

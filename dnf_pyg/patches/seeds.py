@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 
+import numpy as np
 import torch
 from torch import Generator, Tensor
 
@@ -104,15 +105,15 @@ def cover(extractor: PatchExtractor, min_coverage: int = 2, generator: Generator
     """
     if min_coverage < 1:
         raise ValueError(f"Expected 'min_coverage' of at least 1 (got {min_coverage}). Raise it.")
-    count = torch.zeros(extractor.num_faces, dtype=torch.int32, device="cpu")
+    count = np.zeros(extractor.num_faces, np.int32)
     seeds = plan_seeds(extractor.graph, extractor.patch_size, min_coverage, generator).tolist()
     num_threads = torch.get_num_threads()
     with ThreadPoolExecutor(num_threads) as pool:
         for first in range(0, len(seeds), 4 * num_threads):  # the threads pause while the caller works on these
             for patch in pool.map(extractor.extract, seeds[first : first + 4 * num_threads]):
-                count[patch.face_id] += 1
+                count[patch.face_id.numpy()] += 1
                 yield patch
     while int(count.min()) < min_coverage:
         patch = extractor.extract(int(count.argmin()))
-        count[patch.face_id] += 1
+        count[patch.face_id.numpy()] += 1
         yield patch
