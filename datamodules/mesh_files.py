@@ -48,7 +48,7 @@ class MeshFilesDataModule(LightningDataModule):
     Raises:
         DataError: If the results would replace the inputs.
         OutputError: If the output is not writable.
-        MeshFileError: For the inputs, see :func:`~dnf_pyg.io.find_meshes`.
+        MeshFileError: For the inputs, see :func:`~dnf_pyg.io.files.find_meshes`.
     """
 
     def __init__(self, inputs: Sequence[str], output: str, overwrite: bool = False) -> None:

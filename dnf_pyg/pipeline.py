@@ -1,8 +1,7 @@
 """Denoises a mesh: filters its facet normals patch by patch, then moves the vertices to fit them."""
 
-import copy
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -12,7 +11,6 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 from torch import Tensor
-from torch_geometric.data import Data
 
 from dnf_pyg.errors import DenoiseWarning, OptionError
 from dnf_pyg.io.inputs import as_input, as_mask, save_mesh
@@ -23,12 +21,12 @@ from dnf_pyg.mesh.topology import Topology
 from dnf_pyg.mesh.vertex_update import flipped_faces, update_vertices, without_flips
 from dnf_pyg.mesh.weld import weld
 from dnf_pyg.nn import FilteringNetwork
-from dnf_pyg.nn.thinning import evenly_spaced_ranks, select_ranks
+from dnf_pyg.nn.inference import evaluation_network, sparser_edges
 from dnf_pyg.options import FAST, FilterOptions, UpdateOptions, check_range
 from dnf_pyg.patches import FaceFeatures, PatchExtractor, cover
 from dnf_pyg.patches.batching import batches
 from dnf_pyg.patches.fusion import FusedNormals, PatchFusion
-from dnf_pyg.progress import Progress, Stopwatch, progress_bar
+from dnf_pyg.progress import Progress, Stopwatch, part_of, progress_bar
 from dnf_pyg.weights.load import DEFAULT_WEIGHTS, load_network
 
 __all__ = ["FAST", "DenoiseResult", "FilterOptions", "UpdateOptions", "denoise", "filter_normals"]
@@ -39,8 +37,8 @@ class DenoiseResult:
     """Result of :func:`denoise`.
 
     Attributes:
-        mesh: The denoised mesh, of the kind that was given (:class:`~dnf_pyg.io.MeshFile` for a path); all but its
-            vertex positions is as in the input.
+        mesh: The denoised mesh, of the kind that was given (:class:`~dnf_pyg.io.files.MeshFile` for a path); all but
+            its vertex positions is as in the input.
         pos: Its vertex positions, (V, 3) float64.
         face: Its triangles, (3, F).
         normal: Filtered facet normals, (F, 3), unit length, which the vertices were moved to fit.
@@ -135,7 +133,7 @@ def denoise(
     movable = as_mask(mask, len(source.pos))
     start, face, vertex_id = weld(source.pos, source.face)
     topology = Topology(face, len(start))
-    noise_level = estimate_noise_level(start, face)
+    noise_level = estimate_noise_level(start, face, topology)
     fixed = torch.ones(len(start), dtype=torch.bool)
     fixed[vertex_id[movable]] = False  # a vertex stays where none of its copies may move
     if update.preserve_boundary:
@@ -145,15 +143,9 @@ def denoise(
     bar = nullcontext(progress) if callable(progress) else progress_bar("filtering", "face", hidden=not progress)
     with bar as report:
         for turn in range(num_passes):
-            fused = filter_normals(
-                net,
-                pos,
-                face,
-                replace(filtering, seed=filtering.seed + turn),
-                topology=topology,
-                progress=_part(report, turn, num_passes),
-                watch=watch,
-            )
+            options = replace(filtering, seed=(filtering.seed + turn) % 2**63)
+            part = part_of(report, turn, num_passes)
+            fused = filter_normals(net, pos, face, options, topology=topology, progress=part, watch=watch)
             normal = fused.normal.double()
             pos = update_vertices(
                 start,
@@ -169,23 +161,13 @@ def denoise(
     final = torch.where((pos != start).any(dim=1, keepdim=True), start.lerp(pos, update.strength), start)
     if 0 < update.strength < 1:  # halfway, a face may be flipped that is so at neither end
         final = without_flips(final, start, face, normal)
-    num_flipped = [int(flipped_faces(where, face, normal).sum()) for where in (start, final)]
+    before, after = (int(flipped_faces(where, face, normal).sum()) for where in (start, final))
     final = final[vertex_id]
-    found = _warnings(noise_level, net.noise_range, num_flipped[1])
+    found = _warnings(noise_level, net.noise_range, after)
     for text in found:
         warnings.warn(text, DenoiseWarning, stacklevel=3)
     return DenoiseResult(
-        mesh=source.with_positions(final),
-        pos=final,
-        face=source.face,
-        normal=fused.normal,
-        coverage=fused.coverage,
-        confidence=fused.confidence,
-        noise_level=noise_level,
-        flipped_before=num_flipped[0],
-        flipped_after=num_flipped[1],
-        seconds=watch.seconds,
-        warnings=found,
+        source.with_positions(final), final, source.face, *fused, noise_level, before, after, watch.seconds, found
     )
 
 
@@ -228,7 +210,7 @@ def filter_normals(
         topology = Topology(face, len(pos))
     watch = watch or Stopwatch()
     device = torch.device(filtering.device)
-    net = _ready(net, device)
+    net = evaluation_network(net, device)
     pos = (pos - pos.mean(dim=0)) / topology.mean_edge_length(pos).clamp(min=torch.finfo(pos.dtype).tiny)
     features = FaceFeatures.from_mesh(pos, face)
     extractor = PatchExtractor(pos, face, GROWTHS[filtering.growth](), filtering.patch_size, max(net.k), topology)
@@ -239,34 +221,13 @@ def filter_normals(
         watch.lap("patches")
         with torch.autocast(device.type, dtype=torch.bfloat16, enabled=filtering.precision == "bf16"):
             sent = batch.to(device)
-            filtered = net(**net.gather(sent, _edges(sent, net.k, filtering.k)))
+            filtered = net(**net.gather(sent, sparser_edges(sent, net.k, filtering.k)))
         watch.lap("network")
         fusion.add(group, filtered.float().cpu())
         progress(int((fusion.coverage >= filtering.coverage).sum()), extractor.num_faces)
         watch.lap("fuse")
     watch.lap("patches")
     return fusion.result()
-
-
-def _ready(net: FilteringNetwork, device: torch.device) -> FilteringNetwork:
-    """The network in evaluation mode on a device: itself, or a copy, so that the caller's is never changed."""
-    tensors = [*net.parameters(), *net.buffers()]
-    if not any(module.training for module in net.modules()) and all(tensor.device == device for tensor in tensors):
-        return net
-    return copy.deepcopy(net).eval().to(device)
-
-
-def _edges(batch: Data, k: Sequence[int], wanted: Sequence[int] | None) -> list[Tensor] | None:
-    """Edges of each level of the network, if fewer neighbours are wanted than it was trained with."""
-    if wanted is None:
-        return None
-    ranks = (evenly_spaced_ranks(most, min(most, few)) for most, few in zip(k, wanted, strict=True))
-    return [select_ranks(batch.edge_index, batch.edge_attr, level) for level in ranks]
-
-
-def _part(report: Progress, turn: int, num_passes: int) -> Progress:
-    """Report the progress of one pass as that of a part of all passes."""
-    return lambda done, total: report(turn * total + done, num_passes * total)
 
 
 def _warnings(noise_level: float, noise_range: tuple[float, float] | None, num_flipped: int) -> list[str]:

@@ -6,7 +6,7 @@ from contextlib import contextmanager
 
 from tqdm import tqdm
 
-__all__ = ["Progress", "Stopwatch", "progress_bar"]
+__all__ = ["Progress", "Stopwatch", "part_of", "progress_bar"]
 
 Progress = Callable[[int, int], None]
 """Function that is called with the amount of work done and the total amount."""
@@ -31,6 +31,16 @@ def progress_bar(description: str, unit: str, *, hidden: bool | None = None) -> 
             bar.update(done - bar.n)
 
         yield report
+
+
+def part_of(report: Progress, part: int, num_parts: int) -> Progress:
+    """Report the progress of one of several equal parts as that of the whole.
+
+    Example:
+        >>> part_of(print, part=1, num_parts=3)(2, 10)
+        12 30
+    """
+    return lambda done, total: report(part * total + done, num_parts * total)
 
 
 class Stopwatch:

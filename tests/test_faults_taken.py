@@ -32,17 +32,17 @@ def degenerate():
 
 MESHES = {
     "open boundary": [(POS, FACE)],
-    "several components, lone faces": [(APART, joined([[25, 26, 30], [40, 41, 46]])), (POS, FACE[:, [0, 9, 30]])],
+    "several components, isolated faces": [(APART, joined([[25, 26, 30], [40, 41, 46]])), (POS, FACE[:, [0, 9, 30]])],
     "edge with three or more faces, bow-tie vertex": [
         (APART, joined([[0, 1, 30], [0, 1, 40], [24, 44, 45]])),
         (APART, torch.cat([FACE, torch.where(FACE == 0, 24, FACE + 25)], dim=1)),
     ],
     "zero-area face": [degenerate(), (POS * torch.tensor([1.0, 0, 0]), FACE)],
-    "face that names a vertex twice": [(POS, joined([[3, 3, 9], [4, 4, 4]]))],
+    "face with a repeated vertex": [(POS, joined([[3, 3, 9], [4, 4, 4]]))],
     "duplicate faces": [(POS, torch.cat([FACE, FACE[:, :9], FACE[[1, 2, 0], :4], FACE[[0, 2, 1], :4]], dim=1))],
     "duplicate vertices (seams, stl)": [(POS[FACE.t().flatten()], torch.arange(FACE.numel()).view(-1, 3).t())],
     "unreferenced vertices": [(torch.cat([POS[:5] + 90, POS]), FACE + 5)],
-    "faces wound inconsistently": [(POS, torch.cat([FACE[:, ::2], FACE[[0, 2, 1], 1::2]], dim=1))],
+    "inconsistently oriented faces": [(POS, torch.cat([FACE[:, ::2], FACE[[0, 2, 1], 1::2]], dim=1))],
     "flat, tiny, huge, or far from the origin": [
         (change(POS), FACE)
         for change in (
@@ -52,9 +52,9 @@ MESHES = {
             lambda p: p + 1e6,
         )
     ],
-    "mesh smaller than a patch, one triangle": [(POS[:3] + 0.1 * POS[5:8], torch.tensor([[0], [1], [2]]))],
+    "mesh smaller than a patch, single triangle": [(POS[:3] + 0.1 * POS[5:8], torch.tensor([[0], [1], [2]]))],
     "polygons in obj, ply and off": [],
-    "all vertices in one point": [(torch.full_like(POS, 3.0), FACE)],
+    "all vertices at one point": [(torch.full_like(POS, 3.0), FACE)],
 }
 
 
@@ -81,7 +81,7 @@ def denoised(tmp_path, weights, capsys):
 
 
 def test_table_and_tests_agree():
-    text = PAGE.read_text().split("## What is taken as it is")[1]
+    text = PAGE.read_text().split("## What is accepted")[1]
     assert re.findall(r"^\| (?!fault|---)(.+?) \|", text, re.MULTILINE) == list(MESHES)
 
 

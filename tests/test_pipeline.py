@@ -9,7 +9,7 @@ from torch_geometric.data import Data
 
 from dnf_pyg import FAST, DenoiseWarning, FilterOptions, MeshError, OptionError, UpdateOptions, denoise
 from dnf_pyg.io import MeshFile, read_mesh
-from dnf_pyg.mesh import Topology
+from dnf_pyg.mesh import edges
 from dnf_pyg.mesh.geometry import mean_edge_length
 from dnf_pyg.nn import SurfaceDNFNet
 from dnf_pyg.pipeline import filter_normals
@@ -253,8 +253,8 @@ def test_validates_once_and_computes_edges_once(noisy, net, monkeypatch):
     calls = []
     for module in ("pipeline", "mesh.facet_graph"):
         monkeypatch.setattr(f"dnf_pyg.{module}.validate_mesh", lambda *_: calls.append("validate"))
-    edges = Topology.edges.func
-    monkeypatch.setattr(Topology.edges, "func", lambda self: calls.append("edges") or edges(self))
+    for module in ("mesh.geometry", "mesh.topology"):
+        monkeypatch.setattr(f"dnf_pyg.{module}.edges", lambda face: calls.append("edges") or edges(face))
     run(noisy, net, num_passes=2)
     assert sorted(calls) == ["edges", "validate"]
 

@@ -13,6 +13,7 @@ from typing import Any, Literal, TypeVar, get_args, get_origin, get_type_hints
 from docstring_parser import DocstringStyle, parse
 from jsonargparse import ArgumentParser, Namespace
 
+from dnf_pyg.commands.class_policy import reason_of
 from dnf_pyg.errors import OptionError
 
 __all__ = ["option_parser", "parse_options", "summary"]
@@ -79,7 +80,7 @@ def parse_options(parser: ArgumentParser, kind: type[T], words: Sequence[str]) -
                 parser.set_defaults({name: _default(value) for name, value in preset.items() if name in found})
                 found = parser.parse_args(list(words))
     except argparse.ArgumentError as error:
-        raise OptionError(_reason(str(error), parser, kind)) from error
+        raise OptionError(_reason(reason_of(error), parser, kind)) from error
     return _build(kind, found), found
 
 
@@ -205,6 +206,8 @@ def _reason(message: str, parser: ArgumentParser, kind: type) -> str:
     """Describe a parsing error in one line."""
     help_hint = f"See `{parser.prog} --help`."
     message = " ".join(message.split())
+    if message.startswith("Expected classes of"):
+        return f"{message}."
     if unknown := re.search(r"unrecognized arguments: (-[^\s=]*)", message):
         known = [f"--{name}" for name in [*parser.get_defaults().keys(), "help"]]
         near = difflib.get_close_matches(unknown[1].replace("-", "_").replace("__", "--", 1), known, n=1)

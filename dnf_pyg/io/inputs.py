@@ -44,9 +44,9 @@ def as_input(mesh: Any) -> MeshInput:
     """Read the triangles of a mesh.
 
     Args:
-        mesh: Path of a mesh file; :class:`~dnf_pyg.io.MeshFile`; arrays ``(vertices, faces)``, (V, 3) and (F, 3); PyG
-            ``Data`` with ``pos`` (V, 3) and ``face`` (3, F); ``trimesh.Trimesh``; ``trimesh.Scene``, whose meshes are
-            taken together where their first node places them; triangle mesh of PyVista (``PolyData``), Open3D
+        mesh: Path of a mesh file; :class:`~dnf_pyg.io.files.MeshFile`; arrays ``(vertices, faces)``, (V, 3) and (F, 3);
+            PyG ``Data`` with ``pos`` (V, 3) and ``face`` (3, F); ``trimesh.Trimesh``; ``trimesh.Scene``, whose meshes
+            are taken together where their first node places them; triangle mesh of PyVista (``PolyData``), Open3D
             (``open3d.geometry.TriangleMesh``) or meshio.
 
     Raises:

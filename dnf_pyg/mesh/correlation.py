@@ -4,6 +4,7 @@ import numpy as np
 from scipy.sparse import csr_array, eye_array
 from torch import Tensor
 
+from dnf_pyg.mesh.geometry import edges
 from dnf_pyg.mesh.vertex_graph import vertex_adjacency
 
 __all__ = ["correlation_by_ring"]
@@ -43,7 +44,7 @@ def correlation_by_ring(field: Tensor, face: Tensor, max_ring: int) -> list[floa
     if field.dim() != 1 or (face.numel() and field.numel() <= int(face.max())):
         raise ValueError(f"Expected 'field' with one value for each vertex (got shape {list(field.shape)}).")
     value = field.detach().cpu().double().numpy()
-    adjacency = vertex_adjacency(face, len(value))
+    adjacency = vertex_adjacency(edges(face), len(value))
     used = np.diff(adjacency.indptr) > 0
     value = np.where(used, value - value[used].mean(), 0.0) if used.any() else value
     variance = (value @ value) / max(used.sum(), 1)

@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from torch import Tensor
 
-from dnf_pyg.mesh.geometry import mean_edge_length, vertex_normals
+from dnf_pyg.mesh.geometry import vertex_normals
+from dnf_pyg.mesh.topology import Topology
 from dnf_pyg.mesh.vertex_graph import lazy_walk
 
 __all__ = ["NoiseEstimate", "estimate_noise", "estimate_noise_level"]
@@ -43,7 +44,7 @@ class NoiseEstimate(NamedTuple):
     correlation: float
 
 
-def estimate_noise(pos: Tensor, face: Tensor) -> NoiseEstimate:
+def estimate_noise(pos: Tensor, face: Tensor, topology: Topology | None = None) -> NoiseEstimate:
     r"""Estimate the level and the correlation of the noise of a mesh.
 
     With the lazy random walk S on the vertices (:func:`~dnf_pyg.mesh.vertex_graph.lazy_walk`), the vertex positions
@@ -64,6 +65,7 @@ def estimate_noise(pos: Tensor, face: Tensor) -> NoiseEstimate:
     Args:
         pos: Vertex positions, (V, 3), model units.
         face: Vertices of each face, (3, F).
+        topology: Connectivity of the mesh; computed if not given.
 
     Returns:
         Level and correlation; both 0 for a mesh without edges or without noise. The level is within 10% of the truth
@@ -78,12 +80,13 @@ def estimate_noise(pos: Tensor, face: Tensor) -> NoiseEstimate:
         NoiseEstimate(level=0.0, correlation=0.0)
     """
     pos, face = pos.detach().cpu().double(), face.cpu()
-    unit = float(mean_edge_length(pos, face))
+    topology = topology or Topology(face, len(pos))
+    unit = float(topology.mean_edge_length(pos))
     if unit == 0:
         return NoiseEstimate(0.0, 0.0)
     used = np.unique(face.numpy())
     centred = ((pos - pos[used].mean(dim=0)) / unit).numpy()
-    walk = lazy_walk(face, len(pos))
+    walk = lazy_walk(topology.edges, len(pos))
     high, middle = _responses(walk, centred, _smooth(walk, vertex_normals(pos, face).numpy()), used)
     flatness = _flatness(centred, face.numpy(), _QUANTILE)
     coarse = (middle > _COARSE and flatness < high / 2) or len(used) < _FEW
@@ -104,17 +107,18 @@ def estimate_noise(pos: Tensor, face: Tensor) -> NoiseEstimate:
     return NoiseEstimate(bias * variance**0.5, explained * correlated * _CORRELATION)
 
 
-def estimate_noise_level(pos: Tensor, face: Tensor) -> float:
+def estimate_noise_level(pos: Tensor, face: Tensor, topology: Topology | None = None) -> float:
     """Estimate the standard deviation of the noise along the normal: the level of :func:`estimate_noise`.
 
     Args:
         pos: Vertex positions, (V, 3), model units.
         face: Vertices of each face, (3, F).
+        topology: Connectivity of the mesh; computed if not given.
 
     Returns:
         Noise level, mean edge lengths; 0 for a mesh without edges.
     """
-    return estimate_noise(pos, face).level
+    return estimate_noise(pos, face, topology).level
 
 
 def _smooth(walk: csr_array, normal: NDArray[np.float64]) -> NDArray[np.float64]:

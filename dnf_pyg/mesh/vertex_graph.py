@@ -4,16 +4,14 @@ import numpy as np
 from scipy.sparse import coo_array, csr_array, diags_array
 from torch import Tensor
 
-from dnf_pyg.mesh.geometry import edges
-
 __all__ = ["lazy_walk", "vertex_adjacency"]
 
 
-def vertex_adjacency(face: Tensor, num_vertices: int) -> csr_array:
+def vertex_adjacency(edge: Tensor, num_vertices: int) -> csr_array:
     """Mark the pairs of vertices that share an edge.
 
     Args:
-        face: Vertices of each face, (3, F).
+        edge: Undirected edges, (2, U), see :func:`~dnf_pyg.mesh.edges`.
         num_vertices: Number of vertices V.
 
     Returns:
@@ -21,18 +19,18 @@ def vertex_adjacency(face: Tensor, num_vertices: int) -> csr_array:
 
     Example:
         >>> import torch
-        >>> vertex_adjacency(torch.tensor([[0], [1], [2]]), 4).toarray()
+        >>> vertex_adjacency(torch.tensor([[0, 0, 1], [1, 2, 2]]), 4).toarray()
         array([[0., 1., 1., 0.],
                [1., 0., 1., 0.],
                [1., 1., 0., 0.],
                [0., 0., 0., 0.]])
     """
-    start, end = edges(face.cpu()).numpy()
+    start, end = edge.cpu().numpy()
     row, column = np.concatenate([start, end]), np.concatenate([end, start])
     return coo_array((np.ones(len(row)), (row, column)), shape=(num_vertices, num_vertices)).tocsr()
 
 
-def lazy_walk(face: Tensor, num_vertices: int) -> csr_array:
+def lazy_walk(edge: Tensor, num_vertices: int) -> csr_array:
     r"""Average each vertex half with itself and half with the mean of its neighbours.
 
     .. math::
@@ -43,7 +41,7 @@ def lazy_walk(face: Tensor, num_vertices: int) -> csr_array:
     with a variance of k/4 squared edge lengths along each axis of the surface.
 
     Args:
-        face: Vertices of each face, (3, F).
+        edge: Undirected edges, (2, U), see :func:`~dnf_pyg.mesh.edges`.
         num_vertices: Number of vertices V.
 
     Returns:
@@ -51,13 +49,13 @@ def lazy_walk(face: Tensor, num_vertices: int) -> csr_array:
 
     Example:
         >>> import torch
-        >>> lazy_walk(torch.tensor([[0], [1], [2]]), 4).toarray()
+        >>> lazy_walk(torch.tensor([[0, 0, 1], [1, 2, 2]]), 4).toarray()
         array([[0.5 , 0.25, 0.25, 0.  ],
                [0.25, 0.5 , 0.25, 0.  ],
                [0.25, 0.25, 0.5 , 0.  ],
                [0.  , 0.  , 0.  , 1.  ]])
     """
-    adjacency = vertex_adjacency(face, num_vertices)
+    adjacency = vertex_adjacency(edge, num_vertices)
     degree = np.diff(adjacency.indptr)
     stay = np.where(degree > 0, 0.5, 1.0)
     return csr_array(diags_array(stay) + diags_array(0.5 / np.maximum(degree, 1)) @ adjacency)

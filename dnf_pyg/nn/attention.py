@@ -12,7 +12,7 @@ __all__ = ["ChannelAttention"]
 
 
 class ChannelAttention(Module):
-    r"""Weight the channels of a patch by what is found in the whole patch.
+    r"""Weight the channels of each face by the features of its whole patch.
 
     .. math::
         \mathbf{x}'_i = \mathbf{x}_i \odot \sigma \left( h_{\Theta} \left( \operatorname{mean}_j \mathbf{x}_j \right)
@@ -21,14 +21,14 @@ class ChannelAttention(Module):
     with :math:`j` over the faces of the patch of :math:`i` and one MLP :math:`h_{\Theta}` with a bottleneck, batch
     normalization after both of its linear layers and ReLU between them.
     Source: Woo et al. 2018, Sec. 3.1 (channel half), as used by Li et al. 2020, Sec. 3.3.1.
-    Differs: both poolings pass the MLP in one go, so that batch normalization uses the same statistics of both
-    in training as in evaluation.
-    Differs: a training batch of a single patch is normalized with the running statistics and leaves them as they are,
-    since one patch has no spread.
+    Differs: the MLP takes both poolings as one batch, so both are normalized with the same statistics in training and
+    in evaluation.
+    Differs: a training batch of a single patch is normalized with the running statistics and does not update them,
+    since the variance of a single patch is not defined.
 
     Args:
         channels: Features per face.
-        reduction: How many times fewer channels the bottleneck has.
+        reduction: Factor by which the bottleneck has fewer channels.
 
     Shapes:
         - **x:** :math:`(F, C)`
@@ -46,7 +46,9 @@ class ChannelAttention(Module):
     def __init__(self, channels: int, reduction: int = 4) -> None:
         super().__init__()
         if channels < reduction:
-            raise ValueError(f"Expected 'channels' of at least reduction={reduction} (got {channels})")
+            raise ValueError(
+                f"Expected 'channels' of at least the reduction {reduction} (got {channels}). Lower 'reduction'."
+            )
         self.channels = channels
         self.reduction = reduction
         self.squeeze = Linear(channels, channels // reduction)
@@ -62,7 +64,10 @@ class ChannelAttention(Module):
     def forward(self, x: Tensor, batch: Tensor | None = None, batch_size: int | None = None) -> Tensor:
         """Weight the channels; ``batch_size`` avoids computing the number of patches."""
         if x.size(-1) != self.channels:
-            raise ValueError(f"Expected 'x' of shape [num_faces, {self.channels}] (got {list(x.shape)})")
+            raise ValueError(
+                f"Expected 'x' of shape [num_faces, {self.channels}] (got {list(x.shape)}). Change 'channels' or the "
+                "features."
+            )
         if batch is None:
             pooled = torch.stack([x.mean(dim=0), x.amax(dim=0)])
         else:

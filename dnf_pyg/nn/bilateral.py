@@ -13,7 +13,7 @@ __all__ = ["JointBilateralConv"]
 
 
 class JointBilateralConv(MessagePassing):
-    r"""Average each normal with those of its neighbours that belong to the same surface, again and again.
+    r"""Average each normal repeatedly with those neighbours that belong to the same smooth part of the surface.
 
     .. math::
         \mathbf{n}^{t+1}_i = \frac{\mathbf{m}_i}{\Vert \mathbf{m}_i \Vert}, \quad

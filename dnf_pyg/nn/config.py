@@ -12,9 +12,15 @@ from dnf_pyg.errors import WeightsError
 if TYPE_CHECKING:
     from dnf_pyg.nn.network import FilteringNetwork
 
-__all__ = ["NETWORKS", "VERSION", "build_network", "check_noise_range", "describe_network", "parse_description"]
+__all__ = [
+    "NETWORKS",
+    "build_network",
+    "check_noise_range",
+    "check_same_network",
+    "describe_network",
+]
 
-VERSION = 2
+_VERSION = 2
 """Version of the description; version 1 described a single class by flags and has no entry ``version``."""
 
 NETWORKS: dict[str, type["FilteringNetwork"]] = {}
@@ -29,7 +35,7 @@ _DEFAULTS = {"k": [10, 30, 50], "residual_k": 20, "channels": [64, 128, 256]}  #
 def describe_network(net: "FilteringNetwork") -> dict[str, Any]:
     """Describe a network by its class, constructor arguments and the noise levels of its training, as plain values."""
     return {
-        "version": VERSION,
+        "version": _VERSION,
         "network": type(net).__name__,
         "arguments": net.arguments,
         "noise_range": None if net.noise_range is None else list(net.noise_range),
@@ -49,7 +55,7 @@ def build_network(description: object, state: object, origin: str) -> "Filtering
             hold values that are not finite.
     """
     state = _mapping(state, "tensors by name", origin)
-    name, arguments, noise_range = parse_description(description, origin)
+    name, arguments, noise_range = _read(description, origin)
     if arguments.get("num_units", 0) > len(state):
         raise _error("'num_units' of at most the number of tensors", f"{arguments['num_units']}", origin)
     try:
@@ -73,14 +79,25 @@ def build_network(description: object, state: object, origin: str) -> "Filtering
     return net.eval()
 
 
-def parse_description(description: object, origin: str) -> tuple[str, dict[str, Any], tuple[float, float] | None]:
-    """Read the class, the arguments and the noise range of a network from a description of either version.
-
-    Raises:
-        WeightsError: If the description has unknown entries or values out of range.
-    """
+def _read(description: object, origin: str) -> tuple[str, dict[str, Any], tuple[float, float] | None]:
+    """Class, checked arguments and noise range of a description of either version."""
     name, arguments, noise_range = _parse(_mapping(description, "a description of a network", origin), origin)
     return name, _checked(NETWORKS[name], arguments, origin), noise_range
+
+
+def check_same_network(description: object, net: "FilteringNetwork", origin: str) -> None:
+    """Check that a description is that of a network.
+
+    Raises:
+        WeightsError: If it is of another class or has other arguments.
+    """
+    name, arguments, _ = _read(description, origin)
+    own = {"network": type(net).__name__, **net.arguments}
+    stored = {"network": name, **arguments}
+    differing = [key for key in own if stored.get(key) != own[key]]
+    if differing:
+        listed = ", ".join(f"{key}: {stored.get(key)} in the file, {own[key]} here" for key in differing)
+        raise WeightsError(f"Expected a checkpoint of the configured network (got {listed}). Change `model.net`.")
 
 
 def _parse(description: Mapping[str, Any], origin: str) -> tuple[str, Mapping[str, Any], tuple[float, float] | None]:
@@ -96,8 +113,8 @@ def _parse(description: Mapping[str, Any], origin: str) -> tuple[str, Mapping[st
         if not flags["align"] or not flags["surface"] or arguments.pop("subtract", True) is not True:
             raise _error("'align', 'surface' and 'subtract' to be true", flags, origin)
         return "SurfaceDNFNet", _DEFAULTS | arguments | {"bilateral_iterations": flags["bilateral_iterations"]}, None
-    if description["version"] != VERSION:
-        raise _error(f"'version' {VERSION}", repr(description["version"]), origin)
+    if description["version"] != _VERSION:
+        raise _error(f"'version' {_VERSION}", repr(description["version"]), origin)
     unknown = sorted(set(description) - {"version", "network", "arguments", "noise_range"})
     if unknown:
         raise _error("'version', 'network', 'arguments' and 'noise_range' only", ", ".join(unknown), origin)
@@ -116,10 +133,11 @@ def check_noise_range(value: object, origin: str) -> tuple[float, float] | None:
     """
     if value is None:
         return None
-    numbers = isinstance(value, list | tuple) and len(value) == 2 and all(type(item) in (int, float) for item in value)
-    if not numbers or not 0 <= value[0] <= value[1] < float("inf"):
+    levels = list(value) if isinstance(value, list | tuple) else []
+    numbers = len(levels) == 2 and all(type(level) in (int, float) for level in levels)
+    if not numbers or not 0 <= levels[0] <= levels[1] < float("inf"):
         raise _error("'noise_range' as [smallest, largest]", repr(value)[:80], origin)
-    return float(value[0]), float(value[1])
+    return float(levels[0]), float(levels[1])
 
 
 def _checked(network: type, arguments: Mapping[str, Any], origin: str) -> dict[str, Any]:

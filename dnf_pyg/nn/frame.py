@@ -1,4 +1,4 @@
-"""Frames that turn with a patch."""
+"""Frames that rotate with a patch."""
 
 import torch
 from torch import Tensor
@@ -11,7 +11,7 @@ __all__ = ["in_frame", "out_of_frame", "patch_frames"]
 
 @torch.no_grad()
 def patch_frames(normal: Tensor, batch: Tensor | None = None, batch_size: int | None = None) -> Tensor:
-    r"""Give each patch axes of its own, so that normals written in them do not change when the patch is turned.
+    r"""Compute axes for each patch in which the coordinates of its normals do not change when the patch is rotated.
 
     The axes are the eigenvectors of :math:`\sum_i \mathbf{n}_i \mathbf{n}_i^\top`; each points to the side on which
     :math:`\sum_i (\mathbf{n}_i \cdot \mathbf{e})^3` is positive, so a mirrored patch has mirrored axes. Axes of equal
@@ -40,7 +40,7 @@ def patch_frames(normal: Tensor, batch: Tensor | None = None, batch_size: int | 
 
 
 def in_frame(vector: Tensor, frame: Tensor) -> Tensor:
-    """Write vectors in the axes of a frame.
+    """Transform vectors to the coordinates of a frame.
 
     Args:
         vector: Vectors, shape (F, 3).
@@ -54,7 +54,7 @@ def in_frame(vector: Tensor, frame: Tensor) -> Tensor:
 
 
 def out_of_frame(vector: Tensor, frame: Tensor) -> Tensor:
-    """Turn vectors that are written in the axes of a frame back; the inverse of :func:`in_frame`.
+    """Transform vectors back from the coordinates of a frame; the inverse of :func:`in_frame`.
 
     Example:
         >>> out_of_frame(torch.tensor([[3.0, 2.0, 1.0]]), torch.eye(3).flip(1).unsqueeze(0))

@@ -22,7 +22,7 @@ class NormalHead(MLP):
         - **output:** :math:`(F, 3)`, unit length
 
     Example:
-        >>> NormalHead(8).eval()(torch.randn(5, 8)).norm(dim=1).round()
+        >>> NormalHead(8).eval()(torch.randn(5, 8)).norm(dim=1).round().detach()
         tensor([1., 1., 1., 1., 1.])
     """
 

@@ -1,11 +1,12 @@
 """Networks as folders of ``config.json`` and ``model.safetensors``."""
 
+import hashlib
 import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Self, cast
 
 from safetensors import SafetensorError
-from safetensors.torch import load_file, save_file
+from safetensors.torch import load, save_file
 
 from dnf_pyg.errors import WeightsError
 from dnf_pyg.nn.config import build_network, describe_network
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
 __all__ = ["Pretrained", "download_folder", "packaged_weights", "read_folder"]
 
 _CONFIG, _TENSORS = "config.json", "model.safetensors"
+_METRICS = "metrics.json"  # beside released weights: their checksum, among other things
 _PACKAGED = Path(__file__).parents[1] / "weights"
 
 
@@ -28,7 +30,7 @@ def read_folder(folder: Path) -> "FilteringNetwork":
     """Read a network from a folder. No code in a file is ever run.
 
     Raises:
-        WeightsError: If a file is missing or damaged, or describes no network.
+        WeightsError: If a file is missing or damaged, describes no network, or differs from the checksum of a release.
     """
     missing = [name for name in (_CONFIG, _TENSORS) if not (folder / name).is_file()]
     if missing:
@@ -38,11 +40,20 @@ def read_folder(folder: Path) -> "FilteringNetwork":
         )
     try:
         description = json.loads((folder / _CONFIG).read_text(encoding="utf-8"))
-        state = load_file(folder / _TENSORS)
+        content = (folder / _TENSORS).read_bytes()
+        state = load(content)
+        metrics = json.loads((folder / _METRICS).read_text(encoding="utf-8")) if (folder / _METRICS).is_file() else {}
     except (OSError, ValueError, RecursionError, SafetensorError) as error:
         raise WeightsError(
             f"Expected readable weights (got '{folder}': {str(error).splitlines()[0]}). Copy them again."
         ) from error
+    expected = metrics.get("sha256") if isinstance(metrics, dict) else None
+    found = hashlib.sha256(content).hexdigest()
+    if expected not in (None, found):
+        raise WeightsError(
+            f"Expected tensors with the sha256 of their release, {expected} (got {found} in '{folder}'). Copy the "
+            "weights again."
+        )
     return build_network(description, state, str(folder))
 
 
@@ -59,7 +70,7 @@ def download_folder(repo_id: str, revision: str | None = None) -> Path:
     from huggingface_hub import snapshot_download  # takes a while to import
 
     try:
-        return Path(snapshot_download(repo_id, revision=revision, allow_patterns=[_CONFIG, _TENSORS]))
+        return Path(snapshot_download(repo_id, revision=revision, allow_patterns=[_CONFIG, _TENSORS, _METRICS]))
     except (OSError, ValueError) as error:  # all errors of the hub are of these types
         raise WeightsError(
             f"Expected a repository of the Hugging Face hub (got '{repo_id}': {str(error).splitlines()[0]}). Check "

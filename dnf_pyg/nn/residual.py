@@ -10,7 +10,7 @@ __all__ = ["ResidualUnit"]
 
 
 class ResidualUnit(Module):
-    r"""Find the part of a feature map that is noise, from the most similar faces of the patch.
+    r"""Estimate the noise in a feature map from the most similar faces of the patch.
 
     .. math::
         \Delta\mathbf{x}_i = \max_{j \in \mathcal{N}_x(i)} h_{\Theta}(\mathbf{x}_i \Vert \mathbf{x}_j - \mathbf{x}_i)
@@ -20,7 +20,7 @@ class ResidualUnit(Module):
 
     Args:
         channels: Features per face, on input and output.
-        k: Neighbours per face, the face itself among them; all faces of a patch that has fewer.
+        k: Neighbours per face, the face itself included; a patch with fewer faces uses all of them.
 
     Shapes:
         - **x:** :math:`(F, C)`
@@ -44,7 +44,7 @@ class ResidualUnit(Module):
         self.conv.reset_parameters()
 
     def forward(self, x: Tensor, batch: Tensor | None = None) -> Tensor:
-        """Return the residual."""
+        """Estimate the residual."""
         return self.conv(x, feature_neighbors(x, self.k, batch))
 
     def __repr__(self) -> str:

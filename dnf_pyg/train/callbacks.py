@@ -1,4 +1,4 @@
-"""What a training run shows besides its losses: whole meshes denoised on the way."""
+"""Callback that denoises whole meshes during a training."""
 
 import io
 from collections.abc import Sequence
@@ -35,21 +35,21 @@ class _Case(NamedTuple):
 
 
 class MeshValidation(Callback):
-    """Denoise whole meshes while training, log their theta and draw where the normals are off.
+    """Denoise whole meshes during a training, log their theta and draw the error of their normals.
 
-    Runs at the first validation of every n-th epoch, and with ``dnf-pyg validate``, on the weights that are validated:
-    the averaged ones with ``EMAWeightAveraging``. Logs ``val/mesh_theta``, the mean over the meshes in degrees after
-    the vertex update, and ``val/mesh_theta/NAME`` for each. The pictures go to every logger that takes images, else as
+    Runs at the first validation of every n-th epoch, and with ``dnf-pyg validate``, on the weights that are validated
+    (the averaged ones with ``EMAWeightAveraging``). Logs ``val/mesh_theta``, the mean over the meshes in degrees after
+    the vertex update, and ``val/mesh_theta/NAME`` for each. Pictures go to every logger that accepts images, or else to
     ``mesh_errors/NAME-epoch=..-step=...png`` beside the checkpoints.
 
-    The first process denoises and tells the others, which wait, what came out. The random numbers of the training are
-    not touched.
+    The first process denoises and sends the results to the others, which wait. The random numbers of the training are
+    left unchanged.
 
     Args:
-        meshes: Pairs of a noisy and a clean file with the same faces, or clean files alone, which get Gaussian noise
-            along the vertex normals, always the same.
-        every_n_epochs: Epochs from one time to the next.
-        noise_level: Level of the noise for clean files alone, multiples of the mean edge length.
+        meshes: Pairs of a noisy and a clean file with the same faces, or clean files, which get the same Gaussian
+            noise along the vertex normals every time.
+        every_n_epochs: Number of epochs between two runs.
+        noise_level: Level of the noise for clean files, multiples of the mean edge length.
         data_set: Name of the data set whose statistics of batch normalization are used, where a joint training keeps
             them apart.
         k: Neighbours per face on each level of the network; those of the data set or the network if not given.
@@ -69,10 +69,10 @@ class MeshValidation(Callback):
     ) -> None:
         if not meshes:
             raise DataError(
-                "Expected 'meshes' with at least one mesh (got none): name some, or leave MeshValidation out"
+                "Expected 'meshes' with at least one mesh (got none). Name some, or leave MeshValidation out."
             )
         if every_n_epochs < 1:
-            raise ValueError(f"Expected 'every_n_epochs' of at least 1 (got {every_n_epochs})")
+            raise ValueError(f"Expected 'every_n_epochs' of at least 1 (got {every_n_epochs}). Use 1 for every epoch.")
         pairs = [(None, item) if isinstance(item, str) else item for item in meshes]
         self.files = [(Path(noisy) if noisy else None, Path(clean)) for noisy, clean in pairs]
         self.every_n_epochs = every_n_epochs
@@ -83,18 +83,18 @@ class MeshValidation(Callback):
         self._last_epoch = -1
 
     def setup(self, trainer: Trainer, pl_module: LightningModule, stage: str) -> None:
-        """Read the meshes, so that a wrong one does not end a run hours later."""
+        """Read the meshes, so that a wrong file is reported before the training starts."""
         missing = [str(path) for pair in self.files for path in pair if path and not path.is_file()]
         if missing:
             raise DataError(
-                f"Expected meshes to denoise while training (got no file {', '.join(missing)}): check `meshes`"
+                f"Expected meshes to denoise while training (got no file {', '.join(missing)}). Check `meshes`."
             )
         self._cases = {(noisy or clean).stem: self._read(noisy, clean) for noisy, clean in self.files}
 
     def on_validation_batch_start(
         self, trainer: Trainer, pl_module: LightningModule, batch: Any, batch_idx: int, dataloader_idx: int = 0
     ) -> None:
-        """Denoise before the first batch: after every callback has exchanged weights for validation, if it does."""
+        """Denoise before the first batch, when all callbacks have exchanged the weights for the validation."""
         epoch = trainer.current_epoch
         due = trainer.state.fn == "validate" or ((epoch + 1) % self.every_n_epochs == 0 and epoch != self._last_epoch)
         if trainer.sanity_checking or batch_idx or dataloader_idx or not due:
@@ -104,23 +104,23 @@ class MeshValidation(Callback):
         if trainer.is_global_zero:
             with isolate_rng():
                 theta = self._denoise(trainer, pl_module)
-        theta = trainer.strategy.broadcast(theta)  # every process logs them, so that any may be monitored
+        theta = trainer.strategy.broadcast(theta)  # all processes log them, so that each can be monitored
         values = {f"val/mesh_theta/{name}": value for name, value in theta.items()}
         values["val/mesh_theta"] = sum(theta.values()) / len(theta)
         pl_module.log_dict(values, on_step=False, on_epoch=True, batch_size=1)
 
     def state_dict(self) -> dict[str, Any]:
-        """Epoch of the last time, so that a resumed run does not repeat it."""
+        """Epoch of the last run, so that a resumed training does not repeat it."""
         return {"last_epoch": self._last_epoch}
 
     def load_state_dict(self, state_dict: dict[str, Any]) -> None:
-        """Take up where the checkpoint was written."""
+        """Restore the epoch of the last run."""
         self._last_epoch = state_dict["last_epoch"]
 
     def _denoise(self, trainer: Trainer, pl_module: LightningModule) -> dict[str, float]:
-        """Theta of each mesh in degrees, its picture handed over on the way.
+        """Denoise and draw each mesh; its theta in degrees.
 
-        Runs on one process alone: a torchmetrics ``Metric`` would wait for the others here.
+        Runs in one process only, where a torchmetrics ``Metric`` would wait for the others.
         """
         net = cast("NormalFilteringModule", pl_module).network_for(self.data_set, self.k)
         found = {}
@@ -146,13 +146,13 @@ class MeshValidation(Callback):
         mesh = read_mesh(noisy_path)
         if not torch.equal(mesh.face, clean.face):
             raise DataError(
-                f"Expected the same faces in the same order in '{noisy_path}' and '{clean_path}' (got others): export "
-                "both from the same mesh"
+                f"Expected the same faces in the same order in '{noisy_path}' and '{clean_path}' (got others). Export "
+                "both from the same mesh."
             )
         return _Case(mesh.pos, clean.pos, clean.face)
 
     def _show(self, trainer: Trainer, name: str, picture: bytes) -> None:
-        """Hand a picture to the loggers, or write it where none takes it."""
+        """Send a picture to the loggers, or write it to a file if none accepts images."""
         boards: list[Any] = [getattr(logger, "experiment", None) for logger in trainer.loggers]
         boards = [board for board in boards if hasattr(board, "add_image")]
         for board in boards:

@@ -15,13 +15,13 @@ from torch_geometric.data import Batch
 from dnf_pyg.errors import DataError, WeightsError
 from dnf_pyg.evaluate.metrics import MeanAngularDifference
 from dnf_pyg.nn import FilteringNetwork, nearest_edges
-from dnf_pyg.nn.config import build_network, describe_network, parse_description
+from dnf_pyg.nn.config import build_network, check_same_network, describe_network
 from dnf_pyg.train.distillation import Distillation
 from dnf_pyg.train.losses import JointLoss, LossTerms
 from dnf_pyg.train.processes import leave_at_exit
 from dnf_pyg.train.settings import PartSettings, Thinning
 from dnf_pyg.train.split_statistics import SplitStatistics
-from dnf_pyg.weights.load import load_network, network_tensors, read_checkpoint
+from dnf_pyg.weights.load import copy_weights, network_tensors, read_checkpoint
 
 __all__ = ["NormalFilteringModule"]
 
@@ -82,7 +82,8 @@ class NormalFilteringModule(LightningModule):
                     f"Expected 'k' of '{name}' with {len(net.k)} levels (got {k}). Give one for each level."
                 )
         if initial_weights is not None:
-            self._start_from(initial_weights)
+            kept = ", ".join(copy_weights(initial_weights, net)) or "none"
+            rank_zero_info(f"Layers that '{initial_weights}' lacks and that keep their initial values: {kept}")
         self.statistics = SplitStatistics(net, separate_statistics) if separate_statistics else None
         self.distillation = distillation
         self.part_theta = torch.nn.ModuleDict()  # one for each stage and data set of a joint training
@@ -121,17 +122,15 @@ class NormalFilteringModule(LightningModule):
         """Copy the network as one data set of a joint training uses it, in evaluation mode.
 
         Args:
-            data_set: Name of the data set, where ``separate_statistics`` keeps those of several; the one used last if
-                not given.
+            data_set: Name of the data set; without it, the network as it is.
             k: Neighbours per face on each level; those of the data set or of the network if not given.
 
         Raises:
-            ValueError: If there are no statistics of such a data set.
+            ValueError: If neither ``parts`` nor ``separate_statistics`` has such a data set.
         """
-        if data_set is not None and self.statistics is None:
-            raise ValueError(
-                f"Expected a data set of 'separate_statistics' (got {data_set!r}, none are kept apart). Leave it out."
-            )
+        known = {*self.parts, *(self.statistics.names if self.statistics else [])}
+        if data_set is not None and data_set not in known:
+            raise ValueError(f"Expected 'data_set' to be one of {sorted(known)} (got {data_set!r}). Change it.")
         k = k or self._settings(data_set).k or self.net.k
         with self._using(data_set):
             net = type(self.net)(**{**self.net.arguments, "k": list(k)})
@@ -140,11 +139,7 @@ class NormalFilteringModule(LightningModule):
         return net.to(self.device).eval()
 
     def setup(self, stage: str) -> None:
-        """Check that the data sets of a joint training fit the settings of their parts and the teachers.
-
-        Raises:
-            DataError: If a part or a teacher is of no data set, or a data set keeps too few neighbours.
-        """
+        """Check that the data sets of a joint training fit the settings of their parts and the teachers."""
         data = getattr(self.trainer, "datamodule", None)
         data_sets = getattr(data, "parts", {})
         unknown = sorted(self.parts.keys() - data_sets.keys())
@@ -169,9 +164,7 @@ class NormalFilteringModule(LightningModule):
         """Log ``test/theta`` and ``test/loss``."""
         self._step(batch, "test", self.test_theta)
 
-    def predict_step(
-        self, batch: Batch | dict[str, Batch], batch_idx: int, dataloader_idx: int = 0
-    ) -> Tensor | dict[str, Tensor]:
+    def predict_step(self, batch: Any, batch_idx: int, dataloader_idx: int = 0) -> Tensor | dict[str, Tensor]:
         """Filtered normals (F, 3) of a batch of patches, or of one batch of each data set."""
         if not isinstance(batch, dict):
             return self(batch)
@@ -196,36 +189,8 @@ class NormalFilteringModule(LightningModule):
             checkpoint["statistics"] = {"names": self.statistics.names, "tensors": self.statistics.tensors}
 
     def on_load_checkpoint(self, checkpoint: dict[str, Any]) -> None:
-        """Refuse the checkpoint of another network.
-
-        Raises:
-            WeightsError: If the checkpoint's network is of another class or has other arguments.
-        """
-        name, arguments, _ = parse_description(checkpoint.get("network"), "the checkpoint")
-        own = {"network": type(self.net).__name__, **self.net.arguments}
-        stored = {"network": name, **arguments}
-        differing = [key for key in own if stored.get(key) != own[key]]
-        if differing:
-            listed = ", ".join(f"{key}: {stored.get(key)} in the file, {own[key]} here" for key in differing)
-            raise WeightsError(f"Expected a checkpoint of the configured network (got {listed}). Change `model.net`.")
-
-    def _start_from(self, weights: str) -> None:
-        """Copy the tensors of trained weights.
-
-        Raises:
-            WeightsError: If a layer that both have differs in shape, or the weights have more layers.
-        """
-        state, own = load_network(weights).state_dict(), self.net.state_dict()
-        wrong = [name for name in state if name not in own or own[name].shape != state[name].shape]
-        if wrong:
-            raise WeightsError(
-                f"Expected weights of the configured network (got '{weights}', which differs in {wrong[0]}). Change "
-                "`model.net`."
-            )
-        self.net.load_state_dict(state, strict=False)
-        fresh = sorted({name.split(".")[0] for name in own.keys() - state.keys()})
-        if fresh:
-            rank_zero_info(f"Layers that '{weights}' lacks keep their initial values: {', '.join(fresh)}")
+        """Refuse the checkpoint of a network of another class or with other arguments."""
+        check_same_network(checkpoint.get("network"), self.net, "the checkpoint")
 
     def _settings(self, data_set: str | None) -> PartSettings:
         return self.parts.get(data_set or "", PartSettings())
@@ -269,11 +234,7 @@ class NormalFilteringModule(LightningModule):
         return terms
 
     def _log_all(self, stage: str, place: str, terms: LossTerms, batch_size: int) -> None:
-        values = {
-            f"{place}/loss": terms.total,
-            f"{place}/recovery": terms.recovery,
-            f"{place}/residual": terms.residual,
-        }
+        values = {f"{place}/{name}": term for name, term in zip(("loss", "recovery", "residual"), terms, strict=True)}
         training = stage == "train"  # a curve over steps; elsewhere one value an epoch
         self.log_dict(values, batch_size=batch_size, on_step=training, on_epoch=not training, sync_dist=not training)
 

@@ -1,4 +1,4 @@
-"""Many meshes through Lightning's ``Trainer.predict``: every process denoises a share of the files."""
+"""Denoise many files with Lightning's ``Trainer.predict``; every process takes a share of them."""
 
 import time
 import weakref
@@ -19,17 +19,17 @@ from dnf_pyg.train.processes import leave_at_exit
 
 __all__ = ["DenoisedFile", "FailedFile", "MeshDenoisingModule"]
 
-_PATIENCE = timedelta(days=30)  # of a process that is done for those that still work; the default is half an hour
+_PATIENCE = timedelta(days=30)  # how long a process that is done waits for the others; the default is half an hour
 
 
 class DenoisedFile(NamedTuple):
-    """What ``predict_step`` returns for a file that was written.
+    """Result of ``predict_step`` for a file that was denoised.
 
     Attributes:
         mesh: The input.
-        result: What became of it.
+        result: The denoised mesh.
         output: File that it was written to.
-        seconds: Time from file to file.
+        seconds: Time to read, denoise and write it.
     """
 
     mesh: MeshFile
@@ -39,11 +39,11 @@ class DenoisedFile(NamedTuple):
 
 
 class FailedFile(NamedTuple):
-    """What ``predict_step`` returns for a file that was not written.
+    """Result of ``predict_step`` for a file that failed.
 
     Attributes:
         source: The input.
-        reason: What was wrong with it.
+        reason: The error.
     """
 
     source: Path
@@ -51,7 +51,7 @@ class FailedFile(NamedTuple):
 
 
 class MeshDenoisingModule(LightningModule):
-    """Denoise meshes from file to file; one that fails is noted and does not stop the others.
+    """Denoise mesh files; the failure of one is recorded and does not stop the others.
 
     Args:
         net: The network.

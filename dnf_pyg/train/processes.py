@@ -1,4 +1,4 @@
-"""Leave the other processes of a run in good order."""
+"""Clean end of the processes of a distributed run."""
 
 import atexit
 import gc
@@ -9,14 +9,12 @@ __all__ = ["leave_at_exit"]
 
 
 def leave_at_exit() -> None:
-    """Have the process groups, if there are any by then, end before the interpreter does.
+    """Destroy all process groups before the interpreter exits. Further calls have no effect.
 
-    Calling it again changes nothing.
-
-    The threads of a gloo group drop the tensors of the last exchange when they get to it. Where the interpreter has
-    begun to end by then, the process aborts ("terminate called without an active exception", status -6), and takes
-    the others with it. Destroying a group waits for its threads, unless somebody else holds the group: a module that
-    needs one keeps a weak reference. Lightning destroys the groups of NCCL alone.
+    The threads of a gloo group free the tensors of the last exchange at some later time. If the interpreter is already
+    exiting, the process aborts ("terminate called without an active exception", status -6), and the other processes
+    fail as well. Destroying a group waits for its threads, unless another object refers to the group, so modules keep
+    weak references to theirs. Lightning only destroys the groups of NCCL.
 
     Source: https://github.com/pytorch/pytorch/issues/190489.
     """
@@ -26,5 +24,5 @@ def leave_at_exit() -> None:
 
 def _leave() -> None:
     if torch.distributed.is_available() and torch.distributed.is_initialized():
-        gc.collect()  # what wrapped a model for several processes holds the group, in a cycle
+        gc.collect()  # DDP refers to the group from a reference cycle
         torch.distributed.destroy_process_group()

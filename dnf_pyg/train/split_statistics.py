@@ -1,4 +1,4 @@
-"""Running statistics of batch normalization kept apart for several data sets."""
+"""Separate running statistics of batch normalization for several data sets."""
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -11,13 +11,13 @@ __all__ = ["SplitStatistics"]
 
 
 class SplitStatistics(torch.nn.Module):
-    """Hold the running mean and variance of a network's normalization layers once per data set.
+    """Keep the running mean and variance of a network's normalization layers separately for each data set.
 
-    All data sets share the weights; each batch is normalized, and later evaluated, with the statistics of its own.
+    All data sets share the weights. Each batch updates, and is evaluated with, the statistics of its own data set.
     Source: Chang et al. 2019, "Domain-specific batch normalization" (here the statistics only, not scale and shift).
 
     Args:
-        net: Network whose layers are meant; it holds the statistics of the data set used last.
+        net: Network with the layers; it holds the statistics of the data set that was used last.
         names: Names of the data sets.
 
     Example:
@@ -42,23 +42,26 @@ class SplitStatistics(torch.nn.Module):
 
     @contextmanager
     def use(self, name: str) -> Iterator[None]:
-        """Lend the network the statistics of a data set, and keep what it made of them.
+        """Use the statistics of a data set in the network, and keep their updates.
 
         Raises:
             ValueError: If the data set is not known.
         """
         if name not in self.names:
-            raise ValueError(f"Expected 'name' to be one of {self.names} (got {name!r})")
+            raise ValueError(
+                f"Expected 'name' to be one of {self.names} (got {name!r}). Add it to `separate_statistics`."
+            )
         place = self.names.index(name)
         own = [getattr(norm, key) for norm, key in self._places()]
-        for row, (norm, key) in enumerate(self._places()):  # new tensors: a graph may still hold those it used
+        for row, (norm, key) in enumerate(self._places()):  # new tensors, since a graph may still hold the old ones
             setattr(norm, key, self._kept(row)[place].clone())
         try:
             yield
         finally:
             for row, ((norm, key), buffer) in enumerate(zip(self._places(), own, strict=True)):
                 self._kept(row)[place] = getattr(norm, key)
-                setattr(norm, key, buffer.copy_(getattr(norm, key)))  # the network keeps its buffers, with these values
+                # the network keeps its own buffers, with the new values
+                setattr(norm, key, buffer.copy_(getattr(norm, key)))
 
     def _places(self) -> list[tuple[_BatchNorm, str]]:
         return [(norm, key) for norm in self._norms for key, _ in norm.named_buffers(recurse=False)]

@@ -9,7 +9,7 @@ __all__ = ["PageView"]
 
 
 class PageView:
-    """Show a page written by :func:`~dnf_pyg.view.report.write_report` as the output of a notebook's cell.
+    """Show a page written by :func:`~dnf_pyg.view.write_report` as the output of a notebook's cell.
 
     The notebook keeps a copy of the page, which works without network and after the file is gone.
 

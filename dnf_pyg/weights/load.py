@@ -14,7 +14,7 @@ from dnf_pyg.nn.config import build_network, check_noise_range
 from dnf_pyg.nn.pretrained import download_folder, packaged_weights, read_folder
 from dnf_pyg.options import DEFAULT_WEIGHTS
 
-__all__ = ["DEFAULT_WEIGHTS", "load_network", "network_tensors", "read_checkpoint"]
+__all__ = ["DEFAULT_WEIGHTS", "copy_weights", "load_network", "network_tensors", "read_checkpoint"]
 
 _HUB = "hf://"
 
@@ -24,7 +24,7 @@ def load_network(weights: str | Path, data_set: str | None = None) -> FilteringN
 
     Args:
         weights: Name of packaged weights, a folder with ``config.json`` and ``model.safetensors``
-            (:meth:`~dnf_pyg.nn.DNFNet.save_pretrained`), a Lightning checkpoint made by ``dnf-pyg fit``, or
+            (:meth:`~dnf_pyg.nn.FilteringNetwork.save_pretrained`), a Lightning checkpoint made by ``dnf-pyg fit``, or
             ``hf://user/name`` for a repository of the Hugging Face hub.
         data_set: Data set of a joint training whose statistics of batch normalization are used; needed for the
             checkpoint of a training that kept those of several.
@@ -59,6 +59,30 @@ def load_network(weights: str | Path, data_set: str | None = None) -> FilteringN
         f"Expected packaged weights ({', '.join(packaged_weights()) or 'none in this build'}), a folder, a checkpoint "
         f"or hf://user/name (got '{weights}'). Check the name, or train weights with `dnf-pyg fit`."
     )
+
+
+def copy_weights(weights: str | Path, net: FilteringNetwork) -> list[str]:
+    """Copy the tensors of trained weights into a network, as a start for its training.
+
+    Args:
+        weights: See :func:`load_network`.
+        net: Network to change.
+
+    Returns:
+        Names of the layers that the weights lack, such as those of further units; they keep their values.
+
+    Raises:
+        WeightsError: If a layer that both have differs in shape, or the weights have more layers.
+    """
+    state, own = load_network(weights).state_dict(), net.state_dict()
+    wrong = [name for name in state if name not in own or own[name].shape != state[name].shape]
+    if wrong:
+        raise WeightsError(
+            f"Expected weights of the configured network (got '{weights}', which differs in {wrong[0]}). Change "
+            "`model.net`."
+        )
+    net.load_state_dict(state, strict=False)
+    return sorted({name.rpartition(".")[0] for name in own.keys() - state.keys()})
 
 
 def _from_checkpoint(path: Path, data_set: str | None) -> FilteringNetwork:

@@ -17,8 +17,7 @@ if TYPE_CHECKING:  # so that releases are listed without torch
 
 __all__ = ["Release", "fingerprint", "packaged_releases", "read_release", "write_release"]
 
-_FOLDER = Path(__file__).parent
-
+_FOLDER = Path(__file__).parent  # of the packaged weights
 _CARD = """\
 ---
 {data}
@@ -140,7 +139,9 @@ def write_release(
         (folder / "metrics.json").write_text(json.dumps(metrics, indent=1) + "\n")
         (folder / "README.md").write_text(card)
     except OSError as error:
-        raise WeightsError(f"Expected a folder that can be written (got '{folder}': {error.strerror})") from error
+        raise WeightsError(
+            f"Expected a folder that can be written (got '{folder}': {error.strerror}). Choose another one."
+        ) from error
     return read_release(folder)
 
 
@@ -163,7 +164,7 @@ def read_release(folder: Path) -> Release:
             intact=hashlib.sha256(weights).hexdigest() == metrics["sha256"],
         )
     except (OSError, ValueError, LookupError, TypeError) as error:
-        raise WeightsError(f"Expected released weights (got '{folder}': {error}): export them again") from error
+        raise WeightsError(f"Expected released weights (got '{folder}': {error}). Export them again.") from error
 
 
 def packaged_releases() -> list[Release]:

@@ -102,7 +102,7 @@ def test_stopped_run_goes_on_in_its_folder_with_the_same_curve(config):
     assert len(list(folder.glob("events.out.tfevents*"))) == 2
     assert sorted(path.name for path in best.parent.glob("best*")) == ["best.ckpt"]
     assert best.stat().st_mtime_ns > before
-    assert torch.load(best, weights_only=True)["network"]["k"] == [3, 5, 8]
+    assert torch.load(best, weights_only=True)["network"]["arguments"]["k"] == [3, 5, 8]
 
 
 def test_launched_again_begins_the_next_folder_with_all_of_its_own(config):
@@ -177,7 +177,7 @@ def test_nothing_in_a_checkpoint_is_instantiated(config, capsys, command):
     content = {"state_dict": {}, "pytorch-lightning_version": "2.6.0", "hyper_parameters": {"optimizer": optimizer}}
     torch.save(content, config / "evil.ckpt")
     assert main([command, "-c", "small.yaml", "--ckpt_path=evil.ckpt"]) == 2
-    assert "Expected a checkpoint of the configured network" in capsys.readouterr().err
+    assert "Expected a description of a network (got None" in capsys.readouterr().err
     assert not ran.exists()
 
 

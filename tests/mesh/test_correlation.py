@@ -3,12 +3,13 @@ import torch
 from scipy.sparse.csgraph import shortest_path
 
 from dnf_pyg.mesh.correlation import correlation_by_ring
+from dnf_pyg.mesh.geometry import edges
 from dnf_pyg.mesh.vertex_graph import vertex_adjacency
 
 
 def brute_force(field, face, max_ring):
     """Mean of the products over all pairs of vertices by the length of the shortest path between them."""
-    distance = shortest_path(vertex_adjacency(face, len(field)), unweighted=True)
+    distance = shortest_path(vertex_adjacency(edges(face), len(field)), unweighted=True)
     used = face.unique().tolist()
     value = {i: float(field[i]) - float(field[used].mean()) for i in used}
     variance = sum(x * x for x in value.values()) / len(used)

@@ -1,6 +1,7 @@
 import numpy as np
 import torch
 
+from dnf_pyg.mesh.geometry import edges
 from dnf_pyg.mesh.vertex_graph import lazy_walk, vertex_adjacency
 
 
@@ -10,23 +11,23 @@ def test_adjacency_marks_the_edges_once(sphere_mesh):
     for a, b, c in face.t().tolist():
         for start, end in ((a, b), (b, c), (c, a)):
             expected[start, end] = expected[end, start] = 1
-    assert (vertex_adjacency(face, len(pos)).toarray() == expected).all()
+    assert (vertex_adjacency(edges(face), len(pos)).toarray() == expected).all()
 
 
 def test_lazy_walk_averages_with_the_neighbours(sphere_mesh):
     pos, face = sphere_mesh
-    adjacency = vertex_adjacency(face, len(pos)).toarray()
+    adjacency = vertex_adjacency(edges(face), len(pos)).toarray()
     expected = [(pos[i] + pos[adjacency[i] > 0].mean(0)) / 2 for i in range(len(pos))]
-    torch.testing.assert_close(torch.from_numpy(lazy_walk(face, len(pos)) @ pos.numpy()), torch.stack(expected))
+    torch.testing.assert_close(torch.from_numpy(lazy_walk(edges(face), len(pos)) @ pos.numpy()), torch.stack(expected))
 
 
 def test_eigenvalues_of_the_walk_lie_between_0_and_1(cube_mesh):
     pos, face = cube_mesh
-    values = np.linalg.eigvals(lazy_walk(face, len(pos)).toarray())
+    values = np.linalg.eigvals(lazy_walk(edges(face), len(pos)).toarray())
     assert values.real.min() > -1e-12
     assert values.real.max() < 1 + 1e-12
 
 
 def test_vertices_without_a_face_keep_their_value():
-    walk = lazy_walk(torch.tensor([[0, 0], [1, 1], [2, 1]]), 4)
+    walk = lazy_walk(edges(torch.tensor([[0, 0], [1, 1], [2, 1]])), 4)
     assert (walk @ np.array([3.0, 3, 3, 7]) == [3, 3, 3, 7]).all()

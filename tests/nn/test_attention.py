@@ -61,5 +61,5 @@ def test_repr_reset_and_errors(make):
     assert layer.excite_norm.weight.tolist() == [1.0] * 8
     with pytest.raises(ValueError, match=r"\[num_faces, 8\] \(got \[4, 5\]\)"):
         layer(torch.randn(4, 5))
-    with pytest.raises(ValueError, match=r"at least reduction=4 \(got 3\)"):
+    with pytest.raises(ValueError, match=r"at least the reduction 4 \(got 3\)"):
         ChannelAttention(3)

@@ -1,3 +1,4 @@
+import hashlib
 import json
 import shutil
 
@@ -81,4 +82,15 @@ def test_folder_that_cannot_be_written(folder, tmp_path):
 def test_damaged_files(folder, name):
     (folder / name).write_bytes((folder / name).read_bytes()[:-20])
     with pytest.raises(WeightsError, match="Expected readable weights"):
+        DNFNet.from_pretrained(folder)
+
+
+def test_released_weights_are_compared_with_their_checksum(folder):
+    digest = hashlib.sha256((folder / "model.safetensors").read_bytes()).hexdigest()
+    (folder / "metrics.json").write_text(json.dumps({"sha256": digest}))
+    net = DNFNet.from_pretrained(folder)
+    with torch.no_grad():
+        net.heads[0].lins[0].weight[0, 0] += 1
+    net.save_pretrained(folder)
+    with pytest.raises(WeightsError, match=rf"the sha256 of their release, {digest} \(got "):
         DNFNet.from_pretrained(folder)

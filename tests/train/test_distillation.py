@@ -115,7 +115,7 @@ def test_missing_teacher(teachers):
     with pytest.raises(WeightsError, match="got 'nonesuch'"):
         Distillation({"near": "nonesuch"})
     assert Distillation({"near": "best"}).networks["near"].k == load_network("best").k
-    with pytest.raises(ValueError, match="one teacher at least"):
+    with pytest.raises(ValueError, match="at least one teacher"):
         Distillation({})
     with pytest.raises(ValueError, match=r"from 0 to 1 \(got 2\)"):
         Distillation(teachers, weight=2)
@@ -126,5 +126,5 @@ def test_teachers_and_data_sets_that_do_not_fit(teachers, tmp_path):
     with pytest.raises(DataError, match=r"teachers for \['near'\], data sets \['far', 'near'\]"):
         trainer(tmp_path).fit(alone, joint(tmp_path))
     both = NormalFilteringModule(DNFNet(k=(2, 3, 4), **SMALL), distillation=Distillation(teachers))
-    with pytest.raises(DataError, match="'far' with the 8 neighbours that its teacher sees"):
+    with pytest.raises(DataError, match="'far' with the 8 neighbours that its teacher uses"):
         trainer(tmp_path).fit(both, joint(tmp_path, ks=(4, 6)))

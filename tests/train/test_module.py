@@ -209,3 +209,5 @@ def test_predicts_a_batch_of_each_data_set(batches):
         torch.testing.assert_close(found[name], alone(**alone.gather(batch)))
     assert module.network_for("near").k == (1, 2, 3)
     assert module.network_for("far").k == (2, 3, 4)
+    with pytest.raises(ValueError, match=r"'data_set' to be one of \['far', 'near'\] \(got 'fat'\)\. Change it"):
+        module.network_for("fat")

@@ -2,9 +2,11 @@ import copy
 
 import pytest
 import torch
+from lightning.pytorch.cli import LightningArgumentParser
 from torch.optim import AdamW, Muon
 from torch.optim.lr_scheduler import StepLR
 
+from dnf_pyg.train.module import NormalFilteringModule
 from dnf_pyg.train.muon import MuonAdamW
 
 OPTIONS = {"lr": 3e-2, "weight_decay": 1e-2}
@@ -87,3 +89,16 @@ def test_closure(net):
         return loss
 
     assert float(optimizer.step(closure)) >= 1
+
+
+def test_is_made_from_a_config_with_its_schedule():
+    parser = LightningArgumentParser()
+    parser.add_lightning_class_args(NormalFilteringModule, "model")
+    words = ["net=dnf_pyg.nn.DNFNet", "net.channels=[8,8,8]", "optimizer=dnf_pyg.train.muon.MuonAdamW"]
+    words += ["optimizer.lr=0.02", "scheduler=dnf_pyg.train.schedule.WarmupStableDecay", "scheduler.warmup_steps=4"]
+    module = parser.instantiate_classes(parser.parse_args([f"--model.{word}" for word in words])).model
+    made = module.configure_optimizers()
+    assert isinstance(made["optimizer"], MuonAdamW)
+    assert [group["lr"] for group in made["optimizer"].param_groups] == pytest.approx([0.005, 0.005])
+    count = sum(len(group["params"]) for group in made["optimizer"].param_groups)
+    assert count == len(list(module.net.parameters()))

@@ -93,7 +93,7 @@ def test_a_missing_file(net, tmp_path, name):
 def test_damaged_metrics(net, tmp_path):
     release(tmp_path / "boxes", net)
     (tmp_path / "boxes" / "metrics.json").write_text("{")
-    with pytest.raises(WeightsError, match="export them again"):
+    with pytest.raises(WeightsError, match="Export them again"):
         read_release(tmp_path / "boxes")
 
 

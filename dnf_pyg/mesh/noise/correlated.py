@@ -38,7 +38,7 @@ def correlated_field(
     Returns:
         Field (V,) float64 of unit root mean square; 0 at vertices without a face.
     """
-    walk = lazy_walk(face, num_vertices)
+    walk = lazy_walk(edges(face), num_vertices)
     used = np.zeros(num_vertices, dtype=bool)
     used[face.cpu().numpy()] = True
     total = np.zeros(num_vertices)
