@@ -88,13 +88,16 @@ def main(num_epochs: int = 8) -> float:
     torch.manual_seed(0)
     train, test = clouds(50), clouds(40)
     model = Classifier(len(SHAPES))
-    optimizer = torch.optim.Adam(model.parameters(), lr=5e-3)
+    loader = DataLoader(train, batch_size=20, shuffle=True)  # type: ignore[arg-type]
+    optimizer = torch.optim.Adam(model.parameters())
+    schedule = torch.optim.lr_scheduler.OneCycleLR(optimizer, max_lr=1e-2, total_steps=num_epochs * len(loader))
     for _ in range(num_epochs):
         model.train()
-        for batch in DataLoader(train, batch_size=20, shuffle=True):  # type: ignore[arg-type]
+        for batch in loader:
             optimizer.zero_grad()
             F.cross_entropy(model(batch.pos, batch.batch), batch.y).backward()
             optimizer.step()
+            schedule.step()
     return accuracy(model, test)
 
 
