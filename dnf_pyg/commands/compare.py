@@ -8,7 +8,7 @@ from torch import Tensor
 from dnf_pyg.commands.options import CompareOptions
 from dnf_pyg.commands.terminal import tell
 from dnf_pyg.errors import MeshError
-from dnf_pyg.evaluate.metrics import VertexError, angular_difference
+from dnf_pyg.evaluate.metrics import VertexError, normal_angles
 from dnf_pyg.io import MeshFile, read_mesh
 from dnf_pyg.mesh.geometry import face_normals
 from dnf_pyg.mesh.validate import validate_mesh
@@ -53,9 +53,7 @@ def read_reference(path: Path, mesh: MeshFile) -> MeshFile:
 
 def measure(pos: Tensor, face: Tensor, reference: MeshFile) -> dict[str, float]:
     """Theta, E_v and shares of faces of a mesh, pos (V, 3) and face (3, F), against a clean mesh of as many faces."""
-    clean = face_normals(reference.pos, reference.face)
-    known = clean.square().sum(dim=-1) > 0
-    angle = angular_difference(face_normals(pos, face), clean)[known]
+    angle = normal_angles(face_normals(pos, face), face_normals(reference.pos, reference.face))
     vertex_error = VertexError()
     vertex_error.update(pos, reference.pos, reference.face)
     return {

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from dnf_pyg.commands.compare import measure
-from dnf_pyg.evaluate.metrics import MeanAngularDifference
+from dnf_pyg.evaluate.metrics import mean_angular_difference
 from dnf_pyg.io import MeshFile
 from dnf_pyg.mesh.geometry import face_normals, mean_edge_length
 from dnf_pyg.pipeline import DenoiseResult
@@ -51,11 +51,10 @@ class Outcome:
             "warnings": result.warnings,
         }
         if self.reference is not None:
-            metric = MeanAngularDifference()
-            metric.update(result.normal, face_normals(self.reference.pos, self.reference.face))
+            clean_normal = face_normals(self.reference.pos, self.reference.face)
             values["before"] = measure(mesh.pos, mesh.face, self.reference)
             values["after"] = measure(result.pos, mesh.face, self.reference)
-            values["theta_of_normals"] = float(metric.compute())
+            values["theta_of_normals"] = mean_angular_difference(result.normal, clean_normal)
         return values
 
 

@@ -1,7 +1,6 @@
 """Deep normal filtering network."""
 
 from collections.abc import Sequence
-from typing import Any
 
 from torch import Tensor
 from torch.nn import ModuleList
@@ -74,18 +73,6 @@ class DNFNet(FilteringNetwork):
         self.embedding = MultiScaleEmbedding(k, channels, embedding_channels, subtract)
         self.units = ModuleList(ResidualUnit(embedding_channels, residual_k) for _ in range(num_units))
         self.heads = ModuleList(NormalHead(embedding_channels) for _ in range(num_units))
-
-    @property
-    def arguments(self) -> dict[str, Any]:
-        """Constructor arguments as plain numbers and lists; ``DNFNet(**net.arguments)`` has the same layers."""
-        return {
-            "k": list(self.k),
-            "num_units": self.num_units,
-            "residual_k": self.residual_k,
-            "channels": list(self.channels),
-            "embedding_channels": self.embedding_channels,
-            "subtract": self.subtract,
-        }
 
     def reset_parameters(self) -> None:
         """Draw new weights."""

@@ -1,5 +1,6 @@
 """What all networks that filter facet normals have in common."""
 
+import inspect
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from typing import Any, ClassVar
@@ -22,7 +23,7 @@ class FilteringNetwork(Module, Pretrained, ABC):
     """Base of the networks: filter the facet normals of a batch of patches.
 
     Subclasses list the attributes of a patch that they take in ``inputs`` and implement :meth:`stages` with keyword
-    arguments of these names.
+    arguments of these names. Every constructor argument is kept as an attribute of the same name.
     """
 
     inputs: ClassVar[tuple[str, ...]] = ("x", "edge_index", "edge_attr", "batch")
@@ -39,9 +40,10 @@ class FilteringNetwork(Module, Pretrained, ABC):
         NETWORKS[cls.__name__] = cls
 
     @property
-    @abstractmethod
     def arguments(self) -> dict[str, Any]:
-        """Constructor arguments as plain numbers and lists."""
+        """Constructor arguments as plain numbers and lists, read from the attributes of the same names."""
+        values = {name: getattr(self, name) for name in inspect.signature(type(self)).parameters}
+        return {name: list(value) if isinstance(value, tuple) else value for name, value in values.items()}
 
     @abstractmethod
     def stages(self, *inputs: Any, **named: Any) -> list[Stage]:

@@ -1,7 +1,7 @@
 """Deep normal filtering network that sees the surface."""
 
 from collections.abc import Sequence
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import torch
 from torch import Tensor
@@ -80,18 +80,6 @@ class SurfaceDNFNet(FilteringNetwork):
         self.units = ModuleList(ResidualUnit(embedding_channels, residual_k) for _ in range(num_units))
         self.heads = ModuleList(NormalHead(embedding_channels) for _ in range(num_units))
         self.bilateral = JointBilateralConv(embedding_channels, num_iterations=bilateral_iterations)
-
-    @property
-    def arguments(self) -> dict[str, Any]:
-        """Constructor arguments as plain numbers and lists; ``SurfaceDNFNet(**net.arguments)`` has the same layers."""
-        return {
-            "k": list(self.k),
-            "num_units": self.num_units,
-            "residual_k": self.residual_k,
-            "channels": list(self.channels),
-            "embedding_channels": self.embedding_channels,
-            "bilateral_iterations": self.bilateral_iterations,
-        }
 
     def reset_parameters(self) -> None:
         """Draw new weights."""

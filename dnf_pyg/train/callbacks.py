@@ -13,7 +13,7 @@ from matplotlib.image import imread
 from torch import Tensor
 
 from dnf_pyg.errors import DataError
-from dnf_pyg.evaluate.metrics import angular_difference
+from dnf_pyg.evaluate.metrics import mean_angular_difference
 from dnf_pyg.io import read_mesh
 from dnf_pyg.io.atomic import write_bytes
 from dnf_pyg.mesh.geometry import face_normals
@@ -127,9 +127,8 @@ class MeshValidation(Callback):
         for name, case in self._cases.items():
             mesh = trimesh.Trimesh(case.noisy.numpy(), case.face.t().numpy(), process=False)
             result = denoise(mesh, net, filtering=FilterOptions(device=str(pl_module.device)))
-            normal, clean_normal = (face_normals(pos, case.face) for pos in (result.pos, case.clean))
-            known = clean_normal.any(dim=1)
-            found[name] = float(angular_difference(normal[known], clean_normal[known]).mean())
+            normals = (face_normals(pos, case.face) for pos in (result.pos, case.clean))
+            found[name] = mean_angular_difference(*normals)
             picture = io.BytesIO()
             columns = {"noisy": case.noisy, f"denoised, epoch {trainer.current_epoch}": result.pos, "clean": case.clean}
             meshes = {title: (pos, case.face) for title, pos in columns.items()}

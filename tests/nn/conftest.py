@@ -77,6 +77,16 @@ def patch(num_faces, k=6):
     )
 
 
+def two_patches():
+    """Normals of patches of 5 and 4 faces, their edges and the ranks of these, in random order: only ranks count."""
+    batch, degrees = torch.tensor([0] * 5 + [1] * 4), [4, 4, 3, 4, 4, 2, 4, 4, 1]
+    edge_index = random_edges(degrees, 4)
+    edge_index[0] += 5 * batch[edge_index[1]]
+    rank = torch.cat([torch.arange(degree) for degree in degrees])
+    order = torch.randperm(len(rank))
+    return torch.nn.functional.normalize(torch.randn(9, 3), dim=1), edge_index[:, order], rank[order]
+
+
 def scramble(module):
     """Set every parameter and running statistic to random numbers, scales of either sign among them."""
     for tensor in module.parameters():
@@ -108,7 +118,9 @@ def loops():
 
 @pytest.fixture
 def make():
-    return SimpleNamespace(random_edges=random_edges, patch=patch, scramble=scramble, gradients=gradients)
+    return SimpleNamespace(
+        random_edges=random_edges, patch=patch, two_patches=two_patches, scramble=scramble, gradients=gradients
+    )
 
 
 @pytest.fixture(autouse=True)

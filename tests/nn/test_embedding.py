@@ -5,22 +5,13 @@ from dnf_pyg.nn import MultiScaleEmbedding
 from dnf_pyg.nn.neighbors import edges_per_level
 
 BATCH = torch.tensor([0] * 5 + [1] * 4)
-DEGREES = [4, 4, 3, 4, 4, 2, 4, 4, 1]
-
-
-def patches(make):
-    edge_index = make.random_edges(DEGREES, 4)
-    edge_index[0] += 5 * BATCH[edge_index[1]]
-    rank = torch.cat([torch.arange(degree) for degree in DEGREES])
-    order = torch.randperm(len(rank))  # the rank counts, not the order
-    return torch.nn.functional.normalize(torch.randn(9, 3), dim=1), edge_index[:, order], rank[order]
 
 
 @pytest.mark.parametrize("subtract", [False, True])
 @pytest.mark.parametrize("training", [False, True])
 def test_matches_loops(subtract, training, loops, make):
     layer = make.scramble(MultiScaleEmbedding((2, 3), (8, 16), 6, subtract)).train(training)
-    normal, edge_index, rank = patches(make)
+    normal, edge_index, rank = make.two_patches()
     normal.requires_grad_()
     levels = [normal]
     for level, (conv, attention) in enumerate(zip(layer.convs, layer.attentions, strict=True)):
@@ -39,7 +30,7 @@ def test_matches_loops(subtract, training, loops, make):
 
 def test_edges_per_level(make):
     layer = make.scramble(MultiScaleEmbedding((2, 3), (8, 16), 6)).eval()
-    normal, edge_index, rank = patches(make)
+    normal, edge_index, rank = make.two_patches()
     cut = edges_per_level(edge_index, rank, (2, 3))
     expected = layer(normal, edge_index, rank, BATCH)
     torch.testing.assert_close(layer(normal, cut, batch=BATCH), expected, rtol=0, atol=0)

@@ -4,22 +4,13 @@ import torch
 from dnf_pyg.nn import SurfaceEmbedding
 
 BATCH = torch.tensor([0] * 5 + [1] * 4)
-DEGREES = [4, 4, 3, 4, 4, 2, 4, 4, 1]
-
-
-def patches(make):
-    edge_index = make.random_edges(DEGREES, 4)
-    edge_index[0] += 5 * BATCH[edge_index[1]]
-    rank = torch.cat([torch.arange(degree) for degree in DEGREES])
-    order = torch.randperm(len(rank))  # the rank counts, not the order
-    return torch.nn.functional.normalize(torch.randn(9, 3), dim=1), edge_index[:, order], rank[order]
 
 
 @pytest.mark.parametrize("training", [False, True])
 def test_every_level_sees_places(training, loops, make):
     """The reference lists the offset of each edge beside the features of its two faces."""
     layer = make.scramble(SurfaceEmbedding((2, 3), (8, 16), 6)).train(training)
-    normal, edge_index, rank = patches(make)
+    normal, edge_index, rank = make.two_patches()
     place, size = torch.randn(9, 3), torch.randn(9, 1)
     levels = [torch.cat([normal, size], dim=1)]
     for level, (conv, attention) in enumerate(zip(layer.convs, layer.attentions, strict=True)):
@@ -37,7 +28,7 @@ def test_every_level_sees_places(training, loops, make):
 
 def test_moves_of_the_patch_do_not_matter(make):
     layer = make.scramble(SurfaceEmbedding((2, 3), (8, 16), 6)).eval()
-    normal, edge_index, rank = patches(make)
+    normal, edge_index, rank = make.two_patches()
     x = torch.cat([normal, torch.randn(9, 4)], dim=1)
     moved = x + torch.tensor([0.0, 0, 0, 0, 3, -2, 5])
     expected = layer(x, edge_index, rank, BATCH)
