@@ -59,6 +59,9 @@ class FilterOptions:
             heat method.
         batch_size: Patches per call of the network, or as many smaller ones as have that many faces. Fewer need less
             memory.
+        num_coarser: Number of coarser versions of the mesh, each with a sixth of the faces, that are denoised before
+            it. If not given, this is 0 for white noise, and 1 for noise that is estimated to be correlated between
+            neighbouring vertices.
         seed: Seed of the choice of patches. The same seed gives the same result.
         precision: Precision of the matrix products: bf16 is faster on hardware that supports it.
 
@@ -76,6 +79,7 @@ class FilterOptions:
     coverage: int = expert(2)
     growth: Literal["dijkstra", "heat"] = expert("dijkstra")
     batch_size: int = expert(4)
+    num_coarser: int | None = expert(None)
     seed: int = expert(0)
     precision: Literal["fp32", "bf16"] = expert("fp32")
 
@@ -85,9 +89,17 @@ class FilterOptions:
         check_range("patch_size", self.patch_size, int, 1, 2**15 - 1)  # patches number their faces in int16
         check_range("coverage", self.coverage, int, 1, float("inf"))
         check_range("batch_size", self.batch_size, int, 1, float("inf"))
+        if self.num_coarser is not None:
+            check_range("num_coarser", self.num_coarser, int, 0, float("inf"))
         check_range("seed", self.seed, int, 0, 2**63 - 1)
         _check_choice("growth", self.growth, ("dijkstra", "heat"))
         _check_choice("precision", self.precision, ("fp32", "bf16"))
+
+    def coarser_versions(self, is_correlated: bool) -> int:
+        """Number of coarser versions that are denoised first, for white or correlated noise."""
+        if self.num_coarser is not None:
+            return self.num_coarser
+        return 1 if is_correlated else 0
 
 
 @dataclass(frozen=True)
@@ -99,8 +111,8 @@ class UpdateOptions:
         max_move: Largest displacement of a vertex, in mean edge lengths.
         num_iterations: Maximum number of iterations of the vertex update.
         max_correlation: The update stops when the displacements of neighbouring vertices have at least this
-            correlation: from there on it removes detail. Use 1 to run all iterations, for noise that is correlated
-            between neighbouring vertices.
+            correlation: from there on it removes detail. Use 1 to run all iterations. If not given, this is -0.03 for
+            white noise, and 1 for noise that is estimated to be correlated between neighbouring vertices.
         preserve_boundary: Keep vertices on open boundaries in place.
 
     Raises:
@@ -114,14 +126,21 @@ class UpdateOptions:
     strength: float = 1.0
     max_move: float = float("inf")
     num_iterations: int = expert(60)
-    max_correlation: float = expert(-0.03)
+    max_correlation: float | None = expert(None)
     preserve_boundary: bool = False
 
     def __post_init__(self) -> None:
         check_range("strength", self.strength, float, 0, 1)
         check_range("max_move", self.max_move, float, 0, float("inf"))
         check_range("num_iterations", self.num_iterations, int, 0, float("inf"))
-        check_range("max_correlation", self.max_correlation, float, -1, 1)
+        if self.max_correlation is not None:
+            check_range("max_correlation", self.max_correlation, float, -1, 1)
+
+    def end(self, is_correlated: bool) -> float:
+        """Correlation of the displacements at which the update stops, for white or correlated noise."""
+        if self.max_correlation is not None:
+            return self.max_correlation
+        return 1.0 if is_correlated else -0.03
 
 
 FAST = FilterOptions(coverage=1, k=(10, 16, 24))

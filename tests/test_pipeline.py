@@ -8,11 +8,11 @@ import trimesh
 from torch_geometric.data import Data
 
 from dnf_pyg import FAST, DenoiseWarning, FilterOptions, MeshError, OptionError, UpdateOptions, denoise
+from dnf_pyg.filtering import filter_normals
 from dnf_pyg.io import MeshFile, read_mesh
 from dnf_pyg.mesh import edges
 from dnf_pyg.mesh.geometry import mean_edge_length
 from dnf_pyg.nn import SurfaceDNFNet
-from dnf_pyg.pipeline import filter_normals
 
 
 @pytest.fixture(scope="module")
@@ -53,7 +53,7 @@ def test_result(noisy, net):
     assert bool((result.confidence > 0).all() and (result.confidence <= 1 + 1e-6).all())
     torch.testing.assert_close(result.normal.norm(dim=1), torch.ones(len(noisy.faces)))
     assert result.flipped_after <= result.flipped_before
-    assert 0.05 < result.noise_level < 0.3
+    assert 0.05 < result.noise.level < 0.3
     assert set(result.seconds) == {"prepare", "patches", "network", "fuse", "update"}
     assert torch.equal(result.pos, run(noisy, net).pos)
 

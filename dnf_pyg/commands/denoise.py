@@ -18,11 +18,11 @@ from dnf_pyg.errors import DNFError, MeshFileError, OptionError
 from dnf_pyg.io import find_meshes, read_mesh, write_mesh
 from dnf_pyg.io.atomic import check_writable
 from dnf_pyg.io.selection import read_selection
-from dnf_pyg.nn import FilteringNetwork
+from dnf_pyg.nn import Cascade
 from dnf_pyg.pipeline import denoise
 from dnf_pyg.progress import progress_bar
 from dnf_pyg.view import draw_meshes, write_report
-from dnf_pyg.weights.load import load_network
+from dnf_pyg.weights.load import load_cascade
 
 __all__ = ["run"]
 
@@ -36,7 +36,7 @@ def run(options: DenoiseOptions) -> None:
     outputs, several = _outputs(options)
     if options.threads is not None:
         torch.set_num_threads(options.threads)
-    net = load_network(options.weights)
+    cascade = load_cascade(options.weights)
     _check_device(options.filtering.device)
     failed = []
     for number, (path, output) in enumerate(outputs.items(), start=1):
@@ -44,7 +44,7 @@ def run(options: DenoiseOptions) -> None:
             tell(f"{output}: already there, skipped", file=sys.stderr)
             continue
         try:
-            _run_one(path, output, net, options, f" ({number} of {len(outputs)})" if several else "")
+            _run_one(path, output, cascade, options, f" ({number} of {len(outputs)})" if several else "")
         except BrokenPipeError:
             raise
         except Exception as error:  # bad input, or a fault of ours or too little memory at one of thousands of files
@@ -86,7 +86,7 @@ def _outputs(options: DenoiseOptions) -> tuple[Mapping[Path, Path], bool]:
     return outputs, several
 
 
-def _run_one(path: Path, output: Path, net: FilteringNetwork, options: DenoiseOptions, place: str) -> None:
+def _run_one(path: Path, output: Path, cascade: Cascade, options: DenoiseOptions, place: str) -> None:
     start = time.perf_counter()
     check_output(output, overwrite=options.overwrite)
     for target, suffixes in ((options.picture, (".png",)), (options.report, (".html", ".htm"))):
@@ -98,7 +98,7 @@ def _run_one(path: Path, output: Path, net: FilteringNetwork, options: DenoiseOp
     with progress_bar(printable(f"filtering {path.name}{place}"), "face") as report:
         result = denoise(
             mesh,
-            net,
+            cascade,
             filtering=options.filtering,
             update=options.update,
             num_passes=options.num_passes,

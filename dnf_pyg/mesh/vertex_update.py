@@ -27,6 +27,7 @@ def update_vertices(
     tolerance: float = 1e-5,
     max_correlation: float = float("inf"),
     max_move: float = float("inf"),
+    origin: Tensor | None = None,
     fixed: Tensor | None = None,
     guard: bool = True,
     topology: Topology | None = None,
@@ -52,7 +53,8 @@ def update_vertices(
         tolerance: Largest movement per iteration, in mean edge lengths, below which the update ends.
         max_correlation: The update ends, after at least three iterations, once the displacements of neighbouring
             vertices along the surface normal have at least this correlation; never by default.
-        max_move: Largest displacement of a vertex from its given position, in mean edge lengths.
+        max_move: Largest displacement of a vertex from its position in ``origin``, in mean edge lengths.
+        origin: Positions that displacements are measured from, (V, 3); ``pos`` if not given.
         fixed: Vertices that stay in place, (V,) bool.
         guard: Revert steps that flip a face away from its target normal.
         topology: Connectivity of the mesh; computed if not given.
@@ -84,7 +86,8 @@ def update_vertices(
     if face.size(1) == 0:
         return pos.clone()
     center = pos.mean(dim=0)  # differences of positions far from the origin lose digits
-    start = (pos - center).detach().cpu().double().numpy()
+    current = (pos - center).detach().cpu().double().numpy()
+    start = current if origin is None else (origin - center).detach().cpu().double().numpy()
     topology = topology or Topology(face, len(pos))
     ptr, face_id = topology.vertex_faces
     stays = np.zeros(len(pos), dtype=bool) if fixed is None else fixed.cpu().numpy()
@@ -93,7 +96,7 @@ def update_vertices(
     unit = float(topology.mean_edge_length(pos.detach()))
     limit = max_move * unit if unit > 0 else max_move  # infinity times 0 is not a number
     agreement = _Agreement(start, corner, target, topology.edges) if max_correlation < 1 else None
-    current = start.copy()
+    before = current
     for iteration in range(num_iterations):
         updated = _stepped(current, start, corner, target, ptr.numpy(), face_id.numpy(), stays, limit)
         if guard:
@@ -104,7 +107,7 @@ def update_vertices(
             break
         if agreement and iteration + 1 >= _FEWEST_ITERATIONS and agreement.correlation(current) >= max_correlation:
             break
-    moved = torch.from_numpy(current != start).any(dim=1).to(pos.device)
+    moved = torch.from_numpy(current != before).any(dim=1).to(pos.device)
     return torch.where(moved[:, None], torch.from_numpy(current).to(pos) + center, pos)
 
 
