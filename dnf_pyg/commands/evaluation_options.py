@@ -80,7 +80,7 @@ class BenchmarkOptions(MethodOptions):
     """
 
     baselines: tuple[str, ...] = field(
-        default=("BNF", "GNF", "Taubin"),
+        default=("BNF", "GNF", "TV", "L0", "Taubin"),
         metadata={"metavar": "NAME", "choices": "dnf_pyg.evaluate.baselines:BASELINES"},
     )
     outputs: tuple[str, ...] = field(default=(), metadata={"metavar": "TITLE=FOLDER"})
