@@ -81,7 +81,7 @@ class TotalVariationFilter:
         jump = csr_array((np.repeat([1.0, -1.0], num_edges), place), shape=(num_edges, len(noisy)))
         back = (jump.T * length).tocsr()
         system = diags_array(self.fidelity * area) + self.penalty * (back @ jump)
-        factors = splu(system.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0, options={"SymmetricMode": True})
+        factors = splu(system.tocsc(), diag_pivot_thresh=0, options={"SymmetricMode": True})
         data = self.fidelity * area[:, None] * noisy
         normal, difference, multiplier = noisy, np.zeros((num_edges, 3)), np.zeros((num_edges, 3))
         for _ in range(self.num_iterations):
