@@ -82,7 +82,7 @@ HEAVY = ("torch", "lightning", "trimesh", "numba", "matplotlib", "numpy", "scipy
     "words",
     [
         ["--help"], ["--version"], ["configs"], ["configs", "demo"], ["weights"], ["denoise", "--help"], ["fit"],
-        ["denoize"], ["experiment", "scor"], ["denoise", "a.obj", "--strenght", "1"], ["compare"],
+        ["denoize"], ["experiment", "seri"], ["denoise", "a.obj", "--strenght", "1"], ["compare"],
         ["make-shape", "blob"], ["experiment", "series", "noise-levels", "--dta"],
         ["denoise", "a.obj", "--strength", "2"], ["benchmark"],
     ],

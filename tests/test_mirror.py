@@ -24,7 +24,7 @@ ELSEWHERE = {  # parts that only show in what is made of them
     "commands/test_benchmark.py": ["dnf_pyg/commands/evaluation_options.py", "dnf_pyg/commands/methods.py"],
     "commands/test_weights.py": ["dnf_pyg/commands/export_weights.py"],
     "commands/test_experiment.py": [
-        f"dnf_pyg/evaluate/experiments/{name}.py" for name in ("ablation", "scores", "series_report")
+        f"dnf_pyg/evaluate/experiments/{name}.py" for name in ("ablation", "series_report")
     ],
     "evaluate/baselines/test_bilateral.py": ["dnf_pyg/evaluate/baselines/filtered.py"],
     "patches/test_seeds.py": ["dnf_pyg/patches/coverage.py"],

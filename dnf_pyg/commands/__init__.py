@@ -24,7 +24,6 @@ COMMANDS = {
     "compare": Command(options.CompareOptions, "dnf_pyg.commands.compare:run"),
     "benchmark": Command(evaluation_options.BenchmarkOptions, "dnf_pyg.commands.benchmark:run"),
     "experiment ablation": Command(evaluation_options.AblationOptions, "dnf_pyg.commands.experiment:ablation"),
-    "experiment scores": Command(evaluation_options.ScoresOptions, "dnf_pyg.commands.experiment:scores"),
     "experiment series": Command(evaluation_options.SeriesOptions, "dnf_pyg.commands.experiment:series"),
     "weights": Command(options.WeightsOptions, "dnf_pyg.commands.weights:run"),
     "weights export": Command(options.ExportOptions, "dnf_pyg.commands.export_weights:run"),

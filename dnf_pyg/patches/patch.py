@@ -155,6 +155,8 @@ class FaceFeatures(NamedTuple):
 def patch_to_data(patch: Patch, features: FaceFeatures, clean_normal: Tensor | None = None) -> Data:
     """Make the PyG ``Data`` of a patch, with the attributes that are listed at the top of this module.
 
+    Differs: the clean normals are those of the same faces; the paper grows another patch on the clean mesh.
+
     Args:
         patch: Patch of the mesh.
         features: Features of all faces of the mesh.

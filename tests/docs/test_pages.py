@@ -55,7 +55,8 @@ def run(command):
         assert words[2].startswith("dnf-pyg"), "only this package is installed by a page"
     elif words[0] == "dnf-pyg" and not set(words) & {"|", ">", "&&"}:
         short = SHORT if words[1] in ("fit", "validate", "test") else []
-        keys = [f"parts.{name}.init_args." for name in ("synthetic", "kinect")] if "joint" in words else [""]
+        several = {"joint", "distill"} & set(words)
+        keys = [f"parts.{name}.init_args." for name in ("synthetic", "kinect")] if several else [""]
         short = [*short, *(f"--data.{key}patches.num_patches=2" for key in keys if short)]
         assert main([*words[1:], *short]) == 0, command
     else:
