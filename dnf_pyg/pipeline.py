@@ -1,9 +1,10 @@
 """Denoises a mesh: filters its facet normals patch by patch, then moves the vertices to fit them."""
 
+import logging
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from dnf_pyg.errors import DenoiseWarning, OptionError
-from dnf_pyg.io.inputs import as_input, as_mask, save_mesh
+from dnf_pyg.io.inputs import as_input, as_mask
 from dnf_pyg.mesh import boundary_vertices, validate_mesh
 from dnf_pyg.mesh.geodesic import GROWTHS
 from dnf_pyg.mesh.noise_level import estimate_noise_level
@@ -21,61 +22,18 @@ from dnf_pyg.mesh.topology import Topology
 from dnf_pyg.mesh.vertex_update import flipped_faces, update_vertices, without_flips
 from dnf_pyg.mesh.weld import weld
 from dnf_pyg.nn import FilteringNetwork
-from dnf_pyg.nn.inference import evaluation_network, sparser_edges
+from dnf_pyg.nn.inference import evaluation_network, inference_device, sparser_edges, uses_bf16
 from dnf_pyg.options import FAST, FilterOptions, UpdateOptions, check_range
 from dnf_pyg.patches import FaceFeatures, PatchExtractor, cover
 from dnf_pyg.patches.batching import batches
 from dnf_pyg.patches.fusion import FusedNormals, PatchFusion
 from dnf_pyg.progress import Progress, Stopwatch, part_of, progress_bar
+from dnf_pyg.result import DenoiseResult
 from dnf_pyg.weights.load import DEFAULT_WEIGHTS, load_network
 
+_log = logging.getLogger(__name__)
+
 __all__ = ["FAST", "DenoiseResult", "FilterOptions", "UpdateOptions", "denoise", "filter_normals"]
-
-
-@dataclass(frozen=True)
-class DenoiseResult:
-    """Result of :func:`denoise`.
-
-    Attributes:
-        mesh: The denoised mesh, of the kind that was given (:class:`~dnf_pyg.io.files.MeshFile` for a path); all but
-            its vertex positions is as in the input.
-        pos: Its vertex positions, (V, 3) float64.
-        face: Its triangles, (3, F).
-        normal: Filtered facet normals, (F, 3), unit length, which the vertices were moved to fit.
-        coverage: Number of patches that held each face, (F,).
-        confidence: Agreement of these patches, (F,), up to 1.
-        noise_level: Estimated noise level of the input, in mean edge lengths.
-        flipped_before: Number of faces of the input more than 90 degrees from their filtered normal.
-        flipped_after: Number of such faces of the result.
-        seconds: Time by stage.
-        warnings: Properties of the input or result that make it less reliable, a sentence each.
-    """
-
-    mesh: Any
-    pos: Tensor
-    face: Tensor
-    normal: Tensor
-    coverage: Tensor
-    confidence: Tensor
-    noise_level: float
-    flipped_before: int
-    flipped_after: int
-    seconds: dict[str, float]
-    warnings: list[str]
-
-    @property
-    def vertices(self) -> NDArray[np.float64]:
-        """Vertex positions of the denoised mesh, (V, 3)."""
-        return self.pos.numpy()
-
-    def save(self, path: str | Path) -> None:
-        """Write the denoised mesh; the ending of the path decides the format.
-
-        Raises:
-            MeshFileError: If the format is unknown.
-            OutputError: If the file cannot be written.
-        """
-        save_mesh(self.mesh, self.pos, self.face, path)
 
 
 @contextmanager
@@ -111,7 +69,8 @@ def denoise(
             strong noise on smooth surfaces.
         mask: Vertices that may move, (V,) bool; all if not given.
         progress: True shows a progress bar; a function is called with the number of faces done, over all passes, and
-            their total.
+            their total. An exception that it raises, or Ctrl+C, ends the work there and passes through; the mesh is as
+            it was.
 
     Returns:
         The denoised mesh and figures about it.
@@ -139,7 +98,7 @@ def denoise(
     if update.preserve_boundary:
         fixed |= boundary_vertices(face, len(start))
     watch.lap("prepare")
-    pos = start
+    pos, ended = start, list[tuple[int, str]]()
     bar = nullcontext(progress) if callable(progress) else progress_bar("filtering", "face", hidden=not progress)
     with bar as report:
         for turn in range(num_passes):
@@ -156,6 +115,7 @@ def denoise(
                 max_move=update.max_move / update.strength if update.strength > 0 else 0.0,
                 fixed=fixed,
                 topology=topology,
+                ended=lambda *told: ended.append(told),
             )
             watch.lap("update")
     final = torch.where((pos != start).any(dim=1, keepdim=True), start.lerp(pos, update.strength), start)
@@ -166,9 +126,12 @@ def denoise(
     found = _warnings(noise_level, net.noise_range, after)
     for text in found:
         warnings.warn(text, DenoiseWarning, stacklevel=3)
-    return DenoiseResult(
-        source.with_positions(final), final, source.face, *fused, noise_level, before, after, watch.seconds, found
-    )
+    result = DenoiseResult(
+        source.with_positions(final), final, source.face, *fused, noise_level, before, after, watch.seconds, found,
+        *ended[-1], noisy_pos=source.pos,
+    )  # fmt: skip
+    _log.info("denoised %d faces in %s; %d iterations: %s", source.face.size(1), watch.seconds, *ended[-1])
+    return result
 
 
 @_cpu_by_default()
@@ -209,7 +172,7 @@ def filter_normals(
         validate_mesh(pos, face)
         topology = Topology(face, len(pos))
     watch = watch or Stopwatch()
-    device = torch.device(filtering.device)
+    device = inference_device(filtering.device)
     net = evaluation_network(net, device)
     pos = (pos - pos.mean(dim=0)) / topology.mean_edge_length(pos).clamp(min=torch.finfo(pos.dtype).tiny)
     features = FaceFeatures.from_mesh(pos, face)
@@ -219,7 +182,7 @@ def filter_normals(
     fusion = PatchFusion(extractor.num_faces)
     for group, batch in batches(patches, features, filtering.batch_size * filtering.patch_size):
         watch.lap("patches")
-        with torch.autocast(device.type, dtype=torch.bfloat16, enabled=filtering.precision == "bf16"):
+        with torch.autocast(device.type, dtype=torch.bfloat16, enabled=uses_bf16(filtering.precision, device)):
             sent = batch.to(device)
             filtered = net(**net.gather(sent, sparser_edges(sent, net.k, filtering.k)))
         watch.lap("network")

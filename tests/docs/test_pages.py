@@ -75,6 +75,14 @@ def folder(tmp_path, monkeypatch, cnr_folder):
     return tmp_path
 
 
+def test_first_screen_of_the_readme():
+    first = (ROOT / "README.md").read_text().splitlines()[:25]
+    for command in ("make demo", "make test"):
+        assert any(line.startswith(command) for line in first)
+        assert re.search(rf"^{command[5:]}:", (ROOT / "Makefile").read_text(), re.MULTILINE)
+    assert any("readme.png" in line for line in first)
+
+
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
 def test_page_runs(page, folder, capsys):
     names, skipped = {}, []
