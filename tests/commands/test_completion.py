@@ -9,7 +9,7 @@ def completed(script, *words):
     """What bash offers for the last word."""
     line = f"COMP_WORDS=(dnf-pyg {' '.join(map(repr, words))}); COMP_CWORD={len(words)}; _dnf_pyg"
     command = f'{script}\n{line}; printf "%s\\n" "${{COMPREPLY[@]}}"'
-    return subprocess.run(["bash", "-ec", command], capture_output=True, text=True, check=True).stdout.split()
+    return subprocess.run(["bash", "-c", command], capture_output=True, text=True, check=True).stdout.split()
 
 
 @pytest.mark.parametrize(
@@ -20,7 +20,7 @@ def completed(script, *words):
         (["denoise", "a.ply", "--stren"], ["--strength"]),
         (["denoise", "--num_p"], ["--num_passes"]),
         (["experiment", "sc"], ["scores"]),
-        (["experiment", "series", "--da"], ["--data"]),
+        (["experiment", "series", "--me"], ["--meshes"]),
         (["weights", "ex"], ["export"]),
         (["weights", "export", "--li"], ["--licence"]),
         (["fit", "-c", "synthetic_"], ["synthetic_short"]),
