@@ -84,7 +84,7 @@ def test_pages_of_several_inputs_and_their_index(call, noisy_file, tmp_path):
     index = (tmp_path / "pages" / "index.html").read_text()
     assert [name in index for name in ('href="a.ply.html"', 'href="b.ply.html"', ">768<")] == [True, True, True]
     status, _, err = call(tmp_path / "in", "-o", tmp_path / "out", "--report", tmp_path / "absent")
-    assert (status, "writable folder" in err) == (2, True)
+    assert (status, "Expected a folder for --report" in err) == (2, True)
 
 
 def test_options_from_a_file(call, noisy_file, tmp_path):

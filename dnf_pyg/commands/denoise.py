@@ -79,6 +79,10 @@ def _outputs(options: DenoiseOptions) -> tuple[Mapping[Path, Path], bool]:
             "Expected one input with --reference and --picture (got several). Denoise these meshes apart."
         )
     if several and options.report is not None:
+        if not options.report.is_dir():
+            raise OptionError(
+                f"Expected a folder for --report of several inputs (got '{options.report}'). Name an existing folder."
+            )
         check_writable(options.report / "index.html")
     if options.output is None:
         if several:
