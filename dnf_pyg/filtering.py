@@ -11,7 +11,7 @@ from dnf_pyg.mesh import validate_mesh
 from dnf_pyg.mesh.geodesic import GROWTHS
 from dnf_pyg.mesh.topology import Topology
 from dnf_pyg.nn import FilteringNetwork
-from dnf_pyg.nn.inference import evaluation_network, sparser_edges
+from dnf_pyg.nn.inference import evaluation_network, inference_device, sparser_edges, uses_bf16
 from dnf_pyg.options import FilterOptions
 from dnf_pyg.patches import FaceFeatures, PatchExtractor, cover
 from dnf_pyg.patches.batching import batches
@@ -69,7 +69,7 @@ def filter_normals(
         validate_mesh(pos, face)
         topology = Topology(face, len(pos))
     watch = watch or Stopwatch()
-    device = torch.device(filtering.device)
+    device = inference_device(filtering.device)
     net = evaluation_network(net, device)
     pos = (pos - pos.mean(dim=0)) / topology.mean_edge_length(pos).clamp(min=torch.finfo(pos.dtype).tiny)
     features = FaceFeatures.from_mesh(pos, face, earlier)
@@ -79,7 +79,7 @@ def filter_normals(
     fusion = PatchFusion(extractor.num_faces)
     for group, batch in batches(patches, features, filtering.batch_size * filtering.patch_size):
         watch.lap("patches")
-        with torch.autocast(device.type, dtype=torch.bfloat16, enabled=filtering.precision == "bf16"):
+        with torch.autocast(device.type, dtype=torch.bfloat16, enabled=uses_bf16(filtering.precision, device)):
             sent = batch.to(device)
             filtered = net(**net.gather(sent, sparser_edges(sent, net.k, filtering.k)))
         watch.lap("network")

@@ -50,7 +50,8 @@ class FilterOptions:
     """How the facet normals of a mesh are filtered.
 
     Args:
-        device: Device on which the network runs: cpu, cuda, cuda:1, mps.
+        device: Device on which the network runs: cpu, cuda, cuda:1, mps; auto is cuda where there is such a device, and
+            cpu elsewhere.
         k: Neighbours per face on each level of the network, spread over those it was trained with; all of them if not
             given.
         patch_size: Faces per patch.
@@ -63,7 +64,9 @@ class FilterOptions:
             it. If not given, this is 0 for white noise, and 1 for noise that is estimated to be correlated between
             neighbouring vertices.
         seed: Seed of the choice of patches. The same seed gives the same result.
-        precision: Precision of the matrix products: bf16 is faster on hardware that supports it.
+        precision: Precision of the matrix products: bf16 is faster on hardware that supports it. auto takes it on a
+            processor with instructions for it (AMX, AVX512_BF16), where theta changes by less than 0.01 degrees, and
+            fp32 elsewhere.
 
     Raises:
         OptionError: If an option is out of its range.
@@ -73,7 +76,7 @@ class FilterOptions:
         800
     """
 
-    device: str = "cpu"
+    device: str = "auto"
     k: tuple[int, ...] | None = expert(None)
     patch_size: int = expert(800)
     coverage: int = expert(2)
@@ -81,7 +84,7 @@ class FilterOptions:
     batch_size: int = expert(4)
     num_coarser: int | None = expert(None)
     seed: int = expert(0)
-    precision: Literal["fp32", "bf16"] = expert("fp32")
+    precision: Literal["auto", "fp32", "bf16"] = expert("auto")
 
     def __post_init__(self) -> None:
         for number in () if self.k is None else self.k:
@@ -93,7 +96,7 @@ class FilterOptions:
             check_range("num_coarser", self.num_coarser, int, 0, float("inf"))
         check_range("seed", self.seed, int, 0, 2**63 - 1)
         _check_choice("growth", self.growth, ("dijkstra", "heat"))
-        _check_choice("precision", self.precision, ("fp32", "bf16"))
+        _check_choice("precision", self.precision, ("auto", "fp32", "bf16"))
 
     def coarser_versions(self, is_correlated: bool) -> int:
         """Number of coarser versions that are denoised first, for white or correlated noise."""

@@ -1,8 +1,8 @@
 """Denoises a mesh: filters its facet normals patch by patch, then moves the vertices to fit them."""
 
+import logging
 import warnings
 from contextlib import nullcontext
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -13,65 +13,22 @@ from torch import Tensor
 
 from dnf_pyg.errors import DenoiseWarning
 from dnf_pyg.filtering import on_cpu
-from dnf_pyg.io.inputs import as_input, as_mask, save_mesh
+from dnf_pyg.io.inputs import as_input, as_mask
 from dnf_pyg.mesh import boundary_vertices, validate_mesh
-from dnf_pyg.mesh.noise_level import NoiseEstimate, estimate_noise
+from dnf_pyg.mesh.noise_level import estimate_noise
 from dnf_pyg.mesh.topology import Topology
 from dnf_pyg.mesh.vertex_update import flipped_faces, without_flips
 from dnf_pyg.mesh.weld import weld
 from dnf_pyg.nn import Cascade, FilteringNetwork
 from dnf_pyg.options import DEFAULT_WEIGHTS, FAST, FilterOptions, UpdateOptions, check_range
 from dnf_pyg.progress import Progress, Stopwatch, progress_bar
+from dnf_pyg.result import DenoiseResult
 from dnf_pyg.steps import Steps
 from dnf_pyg.weights.load import load_cascade
 
+_log = logging.getLogger(__name__)
+
 __all__ = ["FAST", "DenoiseResult", "FilterOptions", "UpdateOptions", "denoise"]
-
-
-@dataclass(frozen=True)
-class DenoiseResult:
-    """Result of :func:`denoise`.
-
-    Attributes:
-        mesh: The denoised mesh, of the kind that was given (:class:`~dnf_pyg.io.files.MeshFile` for a path); all but
-            its vertex positions is as in the input.
-        pos: Its vertex positions, (V, 3) float64.
-        face: Its triangles, (3, F).
-        normal: Filtered facet normals, (F, 3), unit length, which the vertices were moved to fit.
-        coverage: Number of patches that held each face, (F,).
-        confidence: Agreement of these patches, (F,), up to 1.
-        noise: Estimated noise of the input: its level, in mean edge lengths, and its correlation.
-        flipped_before: Number of faces of the input more than 90 degrees from their filtered normal.
-        flipped_after: Number of such faces of the result.
-        seconds: Time by stage.
-        warnings: Properties of the input or result that make it less reliable, a sentence each.
-    """
-
-    mesh: Any
-    pos: Tensor
-    face: Tensor
-    normal: Tensor
-    coverage: Tensor
-    confidence: Tensor
-    noise: NoiseEstimate
-    flipped_before: int
-    flipped_after: int
-    seconds: dict[str, float]
-    warnings: list[str]
-
-    @property
-    def vertices(self) -> NDArray[np.float64]:
-        """Vertex positions of the denoised mesh, (V, 3)."""
-        return self.pos.numpy()
-
-    def save(self, path: str | Path) -> None:
-        """Write the denoised mesh; the ending of the path decides the format.
-
-        Raises:
-            MeshFileError: If the format is unknown.
-            OutputError: If the file cannot be written.
-        """
-        save_mesh(self.mesh, self.pos, self.face, path)
 
 
 @on_cpu()
@@ -101,7 +58,8 @@ def denoise(
             strong noise on smooth surfaces.
         mask: Vertices that may move, (V,) bool; all if not given.
         progress: True shows a progress bar; a function is called with the number of faces done, over all passes, and
-            their total.
+            their total. An exception that it raises, or Ctrl+C, ends the work there and passes through; the mesh is as
+            it was.
 
     Returns:
         The denoised mesh and figures about it.
@@ -129,9 +87,13 @@ def denoise(
     if update.preserve_boundary:
         fixed |= boundary_vertices(face, len(start))
     watch.lap("prepare")
+    ended: list[tuple[int, str]] = []
     bar = nullcontext(progress) if callable(progress) else progress_bar("filtering", "face", hidden=not progress)
     with bar as report:
-        steps = Steps(cascade, filtering, update, noise.is_correlated, num_passes, report, watch)
+        steps = Steps(
+            cascade, filtering, update, noise.is_correlated, num_passes, report, watch,
+            ended=lambda *told: ended.append(told),
+        )  # fmt: skip
         pos, fused = steps(start, face, fixed, topology)
     normal = fused.normal.double()
     final = torch.where((pos != start).any(dim=1, keepdim=True), start.lerp(pos, update.strength), start)
@@ -142,10 +104,12 @@ def denoise(
     found = _warnings(noise.level, cascade.noise_range, after)
     for text in found:
         warnings.warn(text, DenoiseWarning, stacklevel=3)
-    return DenoiseResult(
-        source.with_positions(final), final, source.face, *fused, noise, before, after, watch.seconds,
-        found,
+    result = DenoiseResult(
+        source.with_positions(final), final, source.face, *fused, noise, before, after, watch.seconds, found,
+        *ended[-1], noisy_pos=source.pos,
     )  # fmt: skip
+    _log.info("denoised %d faces in %s; %d iterations: %s", source.face.size(1), watch.seconds, *ended[-1])
+    return result
 
 
 def _loaded(weights: str | Path | FilteringNetwork | Cascade) -> Cascade:

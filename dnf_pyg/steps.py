@@ -1,5 +1,6 @@
 """The steps that denoise a mesh: its normals are filtered and its vertices updated, on coarse versions first."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import torch
@@ -38,6 +39,7 @@ class Steps:
         num_passes: Number of times the mesh itself is filtered, each time its own result.
         progress: Called with the faces of the mesh itself done, over all passes and networks, and their total.
         watch: Takes the time of each step.
+        ended: Called after each vertex update with the number of its iterations, and why no more ran.
     """
 
     cascade: Cascade
@@ -47,6 +49,7 @@ class Steps:
     num_passes: int
     progress: Progress
     watch: Stopwatch
+    ended: Callable[[int, str], object]
 
     def __call__(self, pos: Tensor, face: Tensor, fixed: Tensor, topology: Topology) -> tuple[Tensor, FusedNormals]:
         """Return the positions (V, 3) and the filtered normals that they fit.
@@ -102,6 +105,7 @@ class Steps:
                     origin=origin,
                     fixed=fixed,
                     topology=topology,
+                    ended=self.ended,
                 )
                 self.watch.lap("update")
         return pos, fused

@@ -1,5 +1,7 @@
 """Vertex positions that fit given facet normals."""
 
+from collections.abc import Callable
+
 import numpy as np
 import torch
 from numba import njit
@@ -31,6 +33,7 @@ def update_vertices(
     fixed: Tensor | None = None,
     guard: bool = True,
     topology: Topology | None = None,
+    ended: Callable[[int, str], object] = lambda count, reason: None,
 ) -> Tensor:
     """Move the vertices until the faces around them are orthogonal to the given normals.
 
@@ -58,6 +61,7 @@ def update_vertices(
         fixed: Vertices that stay in place, (V,) bool.
         guard: Revert steps that flip a face away from its target normal.
         topology: Connectivity of the mesh; computed if not given.
+        ended: Called with the number of iterations that ran, and why no more did.
 
     Returns:
         Updated positions, (V, 3), of the dtype and device of ``pos``; vertices without a face stay in place.
@@ -77,8 +81,7 @@ def update_vertices(
         raise ValueError(f"Expected 'normal' of shape [{face.size(1)}, 3] (got {list(normal.shape)}). Pass one a face.")
     if fixed is not None and fixed.shape != (len(pos),):
         raise ValueError(f"Expected 'fixed' of shape [{len(pos)}] (got {list(fixed.shape)}). Pass one a vertex.")
-    numbers = {"num_iterations": num_iterations, "tolerance": tolerance, "max_move": max_move}
-    for name, value in numbers.items():
+    for name, value in (("num_iterations", num_iterations), ("tolerance", tolerance), ("max_move", max_move)):
         if not value >= 0:
             raise ValueError(f"Expected '{name}' of at least 0 (got {value}). Raise it.")
     if np.isnan(max_correlation):
@@ -93,20 +96,22 @@ def update_vertices(
     stays = np.zeros(len(pos), dtype=bool) if fixed is None else fixed.cpu().numpy()
     corner = np.ascontiguousarray(face.cpu().t().numpy())
     target = np.ascontiguousarray(normal.detach().cpu().double().numpy())
-    unit = float(topology.mean_edge_length(pos.detach()))
-    limit = max_move * unit if unit > 0 else max_move  # infinity times 0 is not a number
+    unit = float(topology.mean_edge_length(pos.detach())) or 1.0  # infinity times 0 is not a number
     agreement = _Agreement(start, corner, target, topology.edges) if max_correlation < 1 else None
-    before = current
-    for iteration in range(num_iterations):
-        updated = _stepped(current, start, corner, target, ptr.numpy(), face_id.numpy(), stays, limit)
+    before, count, reason = current, 0, "the largest number was reached"
+    for count in range(1, num_iterations + 1):
+        updated = _stepped(current, start, corner, target, ptr.numpy(), face_id.numpy(), stays, max_move * unit)
         if guard:
             _revert_flips(updated, current, corner, target)
         largest_step = np.abs(updated - current).max()
         current = updated
         if largest_step <= tolerance * unit:
+            reason = "the vertices came to rest"
             break
-        if agreement and iteration + 1 >= _FEWEST_ITERATIONS and agreement.correlation(current) >= max_correlation:
+        if agreement and count >= _FEWEST_ITERATIONS and agreement.correlation(current) >= max_correlation:
+            reason = "neighbouring vertices began to move alike"
             break
+    ended(count, reason)
     moved = torch.from_numpy(current != before).any(dim=1).to(pos.device)
     return torch.where(moved[:, None], torch.from_numpy(current).to(pos) + center, pos)
 
