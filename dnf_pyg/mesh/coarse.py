@@ -42,8 +42,8 @@ def coarsen(pos: Tensor, face: Tensor, share: float = 0.25) -> CoarseMesh:
     """Decimate a mesh, and find where its vertices lie on the coarse version.
 
     Faces are merged where that changes the surface least (quadric error metric), so sharp edges stay. Each vertex
-    takes the barycentric coordinates of the nearest point among the coarse faces around the vertex that it was merged
-    into: another sheet of the surface is never mistaken for its own.
+    takes the barycentric coordinates of the nearest point of the coarse surface, searched from the vertex that it was
+    merged into: another sheet of the surface is not mistaken for its own.
 
     Source: Garland and Heckbert 1997, "Surface simplification using quadric error metrics", by the library
     fast-simplification.
@@ -90,20 +90,27 @@ def coarsen(pos: Tensor, face: Tensor, share: float = 0.25) -> CoarseMesh:
 
 @njit(cache=True, nogil=True)
 def _nearest(point: Floats, pos: Floats, face: Ints, merged: Ints, ptr: Ints, around: Ints) -> tuple[Ints, Floats]:
-    """Corners (V, 3) and barycentric coordinates (V, 3) of the nearest point on the faces around a vertex each."""
+    """Corners (V, 3) and barycentric coordinates (V, 3) of the nearest point of the surface around a vertex each.
+
+    The search walks over the surface from one face to those around its corners as long as they are nearer.
+    """
     corner, weight = np.empty((len(point), 3), np.int64), np.zeros((len(point), 3))
     for v in range(len(point)):
         corner[v] = merged[v]
         weight[v, 0] = 1.0
         best = np.square(point[v] - pos[merged[v]]).sum()
-        for f in around[ptr[merged[v]] : ptr[merged[v] + 1]]:
-            a, b, c = pos[face[f, 0]], pos[face[f, 1]], pos[face[f, 2]]
-            u, w = _on_triangle(point[v], a, b, c)
-            distance = np.square(point[v] - (a + u * (b - a) + w * (c - a))).sum()
-            if distance < best:
-                best = distance
-                corner[v] = face[f]
-                weight[v, 0], weight[v, 1], weight[v, 2] = 1 - u - w, u, w
+        nearer = True
+        while nearer:
+            nearer = False
+            for start in corner[v].copy():
+                for f in around[ptr[start] : ptr[start + 1]]:
+                    a, b, c = pos[face[f, 0]], pos[face[f, 1]], pos[face[f, 2]]
+                    u, w = _on_triangle(point[v], a, b, c)
+                    distance = np.square(point[v] - (a + u * (b - a) + w * (c - a))).sum()
+                    if distance < best:
+                        best, nearer = distance, True
+                        corner[v] = face[f]
+                        weight[v, 0], weight[v, 1], weight[v, 2] = 1 - u - w, u, w
     return corner, weight
 
 

@@ -179,15 +179,14 @@ def _checked(network: type, arguments: Mapping[str, Any], origin: str) -> dict[s
             raise _error(f"arguments of {network.__name__}", f"'{name}'", origin)
         default = defaults[name]
         if isinstance(default, bool):
-            sound = isinstance(value, bool)
+            sound, kind = isinstance(value, bool), "true or false"
         elif isinstance(default, int):
-            sound = _is_count(value, lowest=min(default, 1))
+            lowest = min(default, 1)
+            sound, kind = _is_count(value, lowest), f"a whole number from {lowest} to {_LARGEST}"
         else:
             sound = isinstance(value, list) and 1 <= len(value) <= _LONGEST and all(map(_is_count, value))
+            kind = f"at most {_LONGEST} whole numbers from 1 to {_LARGEST}"
         if not sound:
-            kind = {bool: "true or false", int: f"a whole number up to {_LARGEST}"}.get(
-                type(default), f"at most {_LONGEST} whole numbers from 1 to {_LARGEST}"
-            )
             raise _error(f"'{name}' to be {kind}", repr(value)[:80], origin)
     return dict(arguments)
 

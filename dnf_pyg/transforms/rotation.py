@@ -8,7 +8,7 @@ __all__ = ["RandomRotation"]
 
 
 class RandomRotation(BaseTransform):
-    """Rotate ``x``, ``y`` and ``pos`` by one random rotation, uniform over all rotations.
+    """Rotate ``x``, ``y``, ``pos`` and ``earlier`` by one random rotation, uniform over all rotations.
 
     Source: Li et al. 2020, Sec. 3.5 (data augmentation).
     Differs: the authors' code rotates about the z axis only.
@@ -35,7 +35,7 @@ class RandomRotation(BaseTransform):
                 [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
             ]
         )
-        for name in ("x", "y", "pos"):
+        for name in ("x", "y", "pos", "earlier"):
             if data.get(name) is not None:
                 data[name] = data[name] @ rotation.t()
         return data

@@ -10,8 +10,8 @@ SMALL = {"k": (2, 4, 6), "residual_k": 3, "channels": (8, 8, 16), "embedding_cha
 @pytest.mark.parametrize("cls", [DNFNet, SurfaceDNFNet])
 def test_gathers_its_inputs_from_a_patch(cls, make):
     data, net = make.patch(9), cls(**SMALL).eval()
-    assert tuple(net.gather(data)) == cls.inputs
-    by_hand = net(**{name: data.get(name) for name in cls.inputs})
+    assert tuple(net.gather(data)) == net.inputs
+    by_hand = net(**{name: data.get(name) for name in net.inputs})
     torch.testing.assert_close(net(**net.gather(data)), by_hand, rtol=0, atol=0)
 
 

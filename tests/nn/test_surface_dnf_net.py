@@ -67,3 +67,19 @@ def test_reset_and_errors(make):
     for name in ("num_units", "bilateral_iterations"):
         with pytest.raises(ValueError, match=rf"'{name}' to be positive \(got 0\)"):
             small_net(**{name: 0})
+
+
+def test_further_normals_turn_with_the_mesh_and_change_the_result(make):
+    data, net = make.patch(15), make.scramble(small_net(num_earlier=2)).eval()
+    assert net.inputs[-1] == "earlier"
+    data.earlier = torch.nn.functional.normalize(torch.randn(15, 2, 3, dtype=data.x.dtype), dim=2)
+    expected = net(**net.gather(data))
+    turn = torch.linalg.qr(torch.randn(3, 3, dtype=data.x.dtype)).Q
+    moved = data.clone()
+    moved.x, moved.pos, moved.earlier = data.x @ turn.t(), data.pos @ turn.t(), data.earlier @ turn.t()
+    torch.testing.assert_close(net(**net.gather(moved)), expected @ turn.t(), rtol=0, atol=1e-8)
+    moved.earlier = moved.earlier.flip(1)
+    assert not torch.allclose(net(**net.gather(moved)), expected @ turn.t())
+    del data.earlier
+    with pytest.raises(ValueError, match="got none of earlier"):
+        net.gather(data)

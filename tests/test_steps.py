@@ -1,0 +1,86 @@
+import pytest
+import torch
+import trimesh
+
+from dnf_pyg import FilterOptions, UpdateOptions, denoise
+from dnf_pyg.evaluate.metrics import mean_angular_difference
+from dnf_pyg.filtering import filter_normals
+from dnf_pyg.mesh import face_normals, filled_face_normals
+from dnf_pyg.mesh.coarse import coarsen
+from dnf_pyg.mesh.noise import CorrelatedNoise
+from dnf_pyg.mesh.vertex_update import update_vertices
+from dnf_pyg.nn import Cascade, SurfaceDNFNet
+
+SMALL = {"k": (3, 5), "residual_k": 4, "channels": (8, 8), "embedding_channels": 8}
+FILTERING = FilterOptions(patch_size=100, precision="fp32", num_coarser=0)
+UPDATE = UpdateOptions(num_iterations=4, max_correlation=1.0)
+
+
+@pytest.fixture
+def noisy():
+    torch.manual_seed(0)
+    sphere = trimesh.creation.icosphere(subdivisions=3)
+    pos = torch.tensor(sphere.vertices) + 0.01 * torch.randn(sphere.vertices.shape, dtype=torch.double)
+    return pos, torch.tensor(sphere.faces).t().contiguous()
+
+
+def updated(pos, face, normal, **options):
+    return update_vertices(pos, face, normal.double(), 4, **options)
+
+
+def test_networks_of_a_cascade_see_the_mesh_and_the_normals_of_those_before(noisy):
+    pos, face = noisy
+    first, second = SurfaceDNFNet(**SMALL).eval(), SurfaceDNFNet(**SMALL, num_earlier=2).eval()
+    result = denoise((pos, face.t()), Cascade([first, second]), filtering=FILTERING, update=UPDATE)
+    one = filter_normals(first, pos, face, FILTERING).normal.double()
+    between = updated(pos, face, one)
+    earlier = torch.stack([one, filled_face_normals(pos, face)], dim=1)
+    options = FilterOptions(patch_size=100, precision="fp32", seed=1)
+    two = filter_normals(second, between, face, options, earlier=earlier).normal
+    torch.testing.assert_close(result.normal, two, rtol=0, atol=1e-6)
+    torch.testing.assert_close(result.pos, updated(pos, face, two), rtol=0, atol=1e-6)
+
+
+def test_the_mesh_starts_from_what_its_coarser_version_became(noisy):
+    pos, face = noisy
+    net = SurfaceDNFNet(**SMALL).eval()
+    options = FilterOptions(patch_size=100, precision="fp32", num_coarser=1)
+    result = denoise((pos, face.t()), net, filtering=options, update=UPDATE)
+    coarse = coarsen(pos, face, 0.16)
+    moved = updated(coarse.pos, coarse.face, filter_normals(net, coarse.pos, coarse.face, FILTERING).normal)
+    start = pos + coarse.prolong(moved - coarse.pos)
+    normal = filter_normals(net, start, face, FILTERING).normal
+    torch.testing.assert_close(result.normal, normal, rtol=0, atol=1e-5)
+    torch.testing.assert_close(result.pos, updated(start, face, normal, origin=pos), rtol=0, atol=1e-5)
+
+
+@pytest.mark.parametrize("strength", [1.0, 0.5])
+def test_no_vertex_moves_further_than_allowed(noisy, strength):
+    pos, face = noisy
+    options = FilterOptions(patch_size=100, precision="fp32", num_coarser=1)
+    update = UpdateOptions(max_move=0.05, strength=strength, max_correlation=1.0)
+    result = denoise((pos, face.t()), SurfaceDNFNet(**SMALL).eval(), filtering=options, update=update)
+    assert 0.01 < float(result.movement.max()) <= 0.05 * (1 + 1e-9)
+
+
+def test_vertices_that_may_not_move_stay_through_all_versions(noisy):
+    pos, face = noisy
+    mask = torch.arange(len(pos)) % 3 > 0
+    options = FilterOptions(patch_size=100, precision="fp32", num_coarser=1)
+    result = denoise((pos, face.t()), SurfaceDNFNet(**SMALL).eval(), filtering=options, update=UPDATE, mask=mask)
+    assert torch.equal(result.pos[~mask], pos[~mask])
+    assert not torch.equal(result.pos[mask], pos[mask])
+
+
+def test_correlated_noise_is_found_and_a_coarser_version_helps(cube_mesh):
+    pos, face = cube_mesh
+    mesh = trimesh.Trimesh(pos.numpy(), face.t().numpy(), process=False).subdivide()
+    pos, face = torch.tensor(mesh.vertices), torch.tensor(mesh.faces).t().contiguous()
+    noise = CorrelatedNoise([0, 2], [0.2, 0.8])(pos, face, 0.4, torch.Generator().manual_seed(0))
+    found = denoise((noise, face.t()))
+    assert found.noise.is_correlated
+    assert "coarsen" in found.seconds
+    flat = denoise((noise, face.t()), filtering=FilterOptions(num_coarser=0))
+    clean = face_normals(pos, face)
+    one, other = (mean_angular_difference(face_normals(result.pos, face), clean) for result in (found, flat))
+    assert one < 0.9 * other
