@@ -13,10 +13,12 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from dnf_pyg.errors import DenoiseWarning, OptionError
+from dnf_pyg.findings import findings
 from dnf_pyg.io.inputs import as_input, as_mask, save_mesh
 from dnf_pyg.mesh import boundary_vertices, validate_mesh
 from dnf_pyg.mesh.geodesic import GROWTHS
-from dnf_pyg.mesh.noise_level import estimate_noise_level
+from dnf_pyg.mesh.geometry import face_normals
+from dnf_pyg.mesh.local_noise import LocalNoise
 from dnf_pyg.mesh.topology import Topology
 from dnf_pyg.mesh.vertex_update import flipped_faces, update_vertices, without_flips
 from dnf_pyg.mesh.weld import weld
@@ -41,7 +43,7 @@ class DenoiseResult:
             its vertex positions is as in the input.
         pos: Its vertex positions, (V, 3) float64.
         face: Its triangles, (3, F).
-        normal: Filtered facet normals, (F, 3), unit length, which the vertices were moved to fit.
+        normal: Filtered facet normals, (F, 3), unit length, which the vertices were moved to fit where they moved.
         coverage: Number of patches that held each face, (F,).
         confidence: Agreement of these patches, (F,), up to 1.
         noise_level: Estimated noise level of the input, in mean edge lengths.
@@ -49,6 +51,7 @@ class DenoiseResult:
         flipped_after: Number of such faces of the result.
         seconds: Time by stage.
         warnings: Properties of the input or result that make it less reliable, a sentence each.
+        left_alone: Share of the vertices that stay in place since the noise does not explain what would change there.
     """
 
     mesh: Any
@@ -62,6 +65,7 @@ class DenoiseResult:
     flipped_after: int
     seconds: dict[str, float]
     warnings: list[str]
+    left_alone: float
 
     @property
     def vertices(self) -> NDArray[np.float64]:
@@ -133,7 +137,8 @@ def denoise(
     movable = as_mask(mask, len(source.pos))
     start, face, vertex_id = weld(source.pos, source.face)
     topology = Topology(face, len(start))
-    noise_level = estimate_noise_level(start, face, topology)
+    noise = LocalNoise(start, face, topology)
+    noise_level = noise.estimate.level
     fixed = torch.ones(len(start), dtype=torch.bool)
     fixed[vertex_id[movable]] = False  # a vertex stays where none of its copies may move
     if update.preserve_boundary:
@@ -146,15 +151,17 @@ def denoise(
             options = replace(filtering, seed=(filtering.seed + turn) % 2**63)
             part = part_of(report, turn, num_passes)
             fused = filter_normals(net, pos, face, options, topology=topology, progress=part, watch=watch)
-            normal = fused.normal.double()
+            stays, furthest = noise.restraint(fused.normal, update.max_excess)
+            own = stays[face].all(dim=0)[:, None]  # faces that stay as they are, whatever the network says
+            normal = torch.where(own, face_normals(start, face), fused.normal.double())
             pos = update_vertices(
                 start,
                 face,
                 normal,
                 update.num_iterations,
                 max_correlation=update.max_correlation,
-                max_move=update.max_move / update.strength if update.strength > 0 else 0.0,
-                fixed=fixed,
+                max_move=furthest.clamp(max=update.max_move / update.strength if update.strength > 0 else 0.0),
+                fixed=fixed | stays,
                 topology=topology,
             )
             watch.lap("update")
@@ -162,13 +169,13 @@ def denoise(
     if 0 < update.strength < 1:  # halfway, a face may be flipped that is so at neither end
         final = without_flips(final, start, face, normal)
     before, after = (int(flipped_faces(where, face, normal).sum()) for where in (start, final))
-    final = final[vertex_id]
-    found = _warnings(noise_level, net.noise_range, after)
+    final = torch.where((final != start).any(dim=1)[vertex_id, None], final[vertex_id], source.pos)
+    left_alone = float((stays & ~fixed)[face].double().mean())
+    found = findings(noise_level, net.noise_range, left_alone=left_alone, num_flipped=after)
     for text in found:
         warnings.warn(text, DenoiseWarning, stacklevel=3)
-    return DenoiseResult(
-        source.with_positions(final), final, source.face, *fused, noise_level, before, after, watch.seconds, found
-    )
+    mesh, seconds = source.with_positions(final), watch.seconds
+    return DenoiseResult(mesh, final, source.face, *fused, noise_level, before, after, seconds, found, left_alone)
 
 
 @_cpu_by_default()
@@ -228,15 +235,3 @@ def filter_normals(
         watch.lap("fuse")
     watch.lap("patches")
     return fusion.result()
-
-
-def _warnings(noise_level: float, noise_range: tuple[float, float] | None, num_flipped: int) -> list[str]:
-    lowest, highest = noise_range or (0.0, float("inf"))
-    found = {
-        f"The noise level of about {noise_level:.3f} mean edge lengths is below {lowest}, the lowest that the weights "
-        "were trained on: fine detail may be smoothed away. A lower strength keeps it.": noise_level < lowest,
-        f"The noise level of about {noise_level:.2f} mean edge lengths is above {highest}, the highest that the "
-        "weights were trained on. Use two passes, or train on such noise.": noise_level > highest,
-        f"Faces that remain flipped because the input is folded there: {num_flipped}.": num_flipped > 0,
-    }
-    return [text for text, applies in found.items() if applies]

@@ -9,6 +9,7 @@ ROOT = Path(__file__).resolve().parents[1]
 ALLOWED = {
     "__init__": {"errors", "options", "pipeline", "weights"},
     "errors": set(),
+    "findings": set(),
     "options": {"errors"},
     "progress": set(),
     "mesh": {"errors"},
@@ -19,7 +20,7 @@ ALLOWED = {
     "transforms": {"errors", "mesh", "patches"},
     "datasets": {"errors", "io", "mesh", "patches", "transforms"},
     "weights": {"errors", "nn", "options"},
-    "pipeline": {"errors", "io", "mesh", "nn", "options", "patches", "progress", "weights"},
+    "pipeline": {"errors", "findings", "io", "mesh", "nn", "options", "patches", "progress", "weights"},
     "view": {"errors", "io", "mesh"},
     "evaluate": {"datasets", "errors", "io", "mesh", "options", "pipeline", "view", "weights"},
     "train": {"errors", "evaluate", "io", "mesh", "nn", "options", "pipeline", "view", "weights"},

@@ -1,4 +1,5 @@
 import copy
+import math
 from contextlib import nullcontext
 
 import numpy as np
@@ -40,7 +41,9 @@ def edge_length(mesh):
 
 def run(mesh, net, *, update=None, num_passes=1, mask=None, progress=None, **filtering):
     options = FilterOptions(**{"patch_size": 200, **filtering})
-    update = UpdateOptions(**(update or {}))
+    update = UpdateOptions(
+        **{"max_excess": math.inf, **(update or {})}
+    )  # what a random network does is never explained
     return denoise(mesh, net, filtering=options, update=update, num_passes=num_passes, mask=mask, progress=progress)
 
 

@@ -26,7 +26,7 @@ def update_vertices(
     *,
     tolerance: float = 1e-5,
     max_correlation: float = float("inf"),
-    max_move: float = float("inf"),
+    max_move: float | Tensor = float("inf"),
     fixed: Tensor | None = None,
     guard: bool = True,
     topology: Topology | None = None,
@@ -52,7 +52,7 @@ def update_vertices(
         tolerance: Largest movement per iteration, in mean edge lengths, below which the update ends.
         max_correlation: The update ends, after at least three iterations, once the displacements of neighbouring
             vertices along the surface normal have at least this correlation; never by default.
-        max_move: Largest displacement of a vertex from its given position, in mean edge lengths.
+        max_move: Largest displacement of a vertex from its given position, in mean edge lengths: one number, or (V,).
         fixed: Vertices that stay in place, (V,) bool.
         guard: Revert steps that flip a face away from its target normal.
         topology: Connectivity of the mesh; computed if not given.
@@ -75,7 +75,8 @@ def update_vertices(
         raise ValueError(f"Expected 'normal' of shape [{face.size(1)}, 3] (got {list(normal.shape)}). Pass one a face.")
     if fixed is not None and fixed.shape != (len(pos),):
         raise ValueError(f"Expected 'fixed' of shape [{len(pos)}] (got {list(fixed.shape)}). Pass one a vertex.")
-    numbers = {"num_iterations": num_iterations, "tolerance": tolerance, "max_move": max_move}
+    furthest = np.broadcast_to(np.asarray(max_move, dtype=np.float64), len(pos))
+    numbers = {"num_iterations": num_iterations, "tolerance": tolerance, "max_move": furthest.min(initial=np.inf)}
     for name, value in numbers.items():
         if not value >= 0:
             raise ValueError(f"Expected '{name}' of at least 0 (got {value}). Raise it.")
@@ -91,7 +92,7 @@ def update_vertices(
     corner = np.ascontiguousarray(face.cpu().t().numpy())
     target = np.ascontiguousarray(normal.detach().cpu().double().numpy())
     unit = float(topology.mean_edge_length(pos.detach()))
-    limit = max_move * unit if unit > 0 else max_move  # infinity times 0 is not a number
+    limit = furthest * unit if unit > 0 else furthest.copy()  # infinity times 0 is not a number
     agreement = _Agreement(start, corner, target, topology.edges) if max_correlation < 1 else None
     current = start.copy()
     for iteration in range(num_iterations):
@@ -183,7 +184,7 @@ def _stepped(
     ptr: Ints,
     face_id: Ints,
     fixed: Flags,
-    max_move: float,
+    max_move: Floats,
 ) -> Floats:
     """Compute the positions (V, 3) after one iteration; faces around vertex v are ``face_id[ptr[v]:ptr[v + 1]]``."""
     height = np.empty(len(face))  # of the plane through the centroid, along the target normal
@@ -210,7 +211,7 @@ def _stepped(
         z += step_z / (hi - lo)
         d_x, d_y, d_z = x - start[v, 0], y - start[v, 1], z - start[v, 2]
         moved = np.sqrt(d_x * d_x + d_y * d_y + d_z * d_z)
-        shrink = 1.0 if moved <= max_move else max_move / moved
+        shrink = 1.0 if moved <= max_move[v] else max_move[v] / moved
         updated[v, 0] = start[v, 0] + shrink * d_x
         updated[v, 1] = start[v, 1] + shrink * d_y
         updated[v, 2] = start[v, 2] + shrink * d_z
