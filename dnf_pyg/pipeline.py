@@ -22,6 +22,7 @@ from dnf_pyg.mesh.local_noise import LocalNoise
 from dnf_pyg.mesh.topology import Topology
 from dnf_pyg.mesh.vertex_update import flipped_faces, update_vertices, without_flips
 from dnf_pyg.mesh.weld import weld
+from dnf_pyg.mesh.winding import consistent_faces
 from dnf_pyg.nn import FilteringNetwork
 from dnf_pyg.nn.inference import evaluation_network, sparser_edges
 from dnf_pyg.options import FAST, FilterOptions, UpdateOptions, check_range
@@ -135,7 +136,9 @@ def denoise(
     net = weights if isinstance(weights, FilteringNetwork) else load_network(weights)
     validate_mesh(source.pos, source.face)
     movable = as_mask(mask, len(source.pos))
-    start, face, vertex_id = weld(source.pos, source.face)
+    start, welded, vertex_id = weld(source.pos, source.face)
+    sides = consistent_faces(welded)
+    face = sides.face
     topology = Topology(face, len(start))
     noise = LocalNoise(start, face, topology)
     noise_level = noise.estimate.level
@@ -171,11 +174,14 @@ def denoise(
     before, after = (int(flipped_faces(where, face, normal).sum()) for where in (start, final))
     final = torch.where((final != start).any(dim=1)[vertex_id, None], final[vertex_id], source.pos)
     left_alone = float((stays & ~fixed)[face].double().mean())
-    found = findings(noise_level, net.noise_range, left_alone=left_alone, num_flipped=after)
+    found = findings(noise_level, net.noise_range, left_alone, sides.num_turned, sides.num_doubled, after)
     for text in found:
         warnings.warn(text, DenoiseWarning, stacklevel=3)
-    mesh, seconds = source.with_positions(final), watch.seconds
-    return DenoiseResult(mesh, final, source.face, *fused, noise_level, before, after, seconds, found, left_alone)
+    turned, coverage, confidence = (value[sides.face_id] for value in fused)
+    mesh, filtered, seconds = source.with_positions(final), turned * sides.sign[:, None], watch.seconds
+    return DenoiseResult(
+        mesh, final, source.face, filtered, coverage, confidence, noise_level, before, after, seconds, found, left_alone
+    )
 
 
 @_cpu_by_default()

@@ -12,6 +12,8 @@ from dnf_pyg.findings import findings
         (0.6, (0.03, 0.45), {}, r"above 0.45, .* Use two passes"),
         (0.2, (0.03, 0.45), {"left_alone": 0.31}, "31% of the mesh stays as it is"),
         (0.0, (0.03, 0.45), {"left_alone": 1.0}, "100% of the mesh stays as it is"),
+        (0.2, None, {"num_turned": 1200}, "wound the other way than their neighbours: 1,200"),
+        (0.2, None, {"num_doubled": 7}, "lie on another of the same vertices.*: 7"),
         (0.2, None, {"num_flipped": 3}, "remain flipped because the input is folded there: 3"),
     ],
 )

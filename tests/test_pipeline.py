@@ -10,7 +10,7 @@ from torch_geometric.data import Data
 
 from dnf_pyg import FAST, DenoiseWarning, FilterOptions, MeshError, OptionError, UpdateOptions, denoise
 from dnf_pyg.io import MeshFile, read_mesh
-from dnf_pyg.mesh import edges
+from dnf_pyg.mesh import edges, face_normals
 from dnf_pyg.mesh.geometry import mean_edge_length
 from dnf_pyg.nn import SurfaceDNFNet
 from dnf_pyg.pipeline import filter_normals
@@ -110,6 +110,22 @@ def test_copies_of_a_vertex_move_together(noisy, net):
         noisy.triangles.reshape(-1, 3), torch.arange(3 * len(noisy.faces)).view(-1, 3), process=False
     )
     torch.testing.assert_close(run(soup, net).pos, run(noisy, net).pos[noisy.faces.flatten()], rtol=0, atol=1e-9)
+
+
+def test_winding_of_the_faces_does_not_matter(noisy, net):
+    faces = np.asarray(noisy.faces)
+    mixed = np.where(np.arange(len(faces))[:, None] % 10 == 0, faces[:, [0, 2, 1]], faces)
+    doubled = np.concatenate([faces, faces[:, [0, 2, 1]]])
+    expected = run(noisy, net)
+    for changed, text in ((mixed, "wound the other way than their neighbours: 77"), (doubled, "same vertices.*: 768")):
+        with pytest.warns(DenoiseWarning, match=text):
+            result = run((np.asarray(noisy.vertices), changed), net)
+        torch.testing.assert_close(result.pos, expected.pos)
+        assert np.array_equal(result.face.t().numpy(), changed)
+        assert len(result.coverage) == len(result.confidence) == len(changed)
+        own = face_normals(result.pos, result.face)[:768], face_normals(expected.pos, expected.face)
+        sign = (own[0] * own[1]).sum(dim=1).round()
+        torch.testing.assert_close(result.normal[:768], expected.normal * sign[:, None].float())
 
 
 def test_repeats_on_its_own_result(noisy, net):
