@@ -112,6 +112,21 @@ def test_copies_of_a_vertex_move_together(noisy, net):
     torch.testing.assert_close(run(soup, net).pos, run(noisy, net).pos[noisy.faces.flatten()], rtol=0, atol=1e-9)
 
 
+def test_copies_that_differ_in_their_last_digits_get_one_position(noisy, net):
+    corners = noisy.triangles.reshape(-1, 3)
+    near = corners + 1e-7 * np.random.default_rng(0).standard_normal(corners.shape)
+    soup = near, np.arange(len(near)).reshape(-1, 3)
+    result = run(soup, net)
+    torch.testing.assert_close(result.pos, run(noisy, net).pos[noisy.faces.flatten()], rtol=0, atol=1e-3)
+    first = torch.zeros(len(noisy.vertices), dtype=torch.long)
+    first[noisy.faces.flatten()] = torch.arange(len(near))
+    moved = (result.pos != torch.tensor(near)).any(dim=1)
+    assert moved.double().mean() > 0.9
+    assert torch.equal(result.pos[moved], result.pos[first[noisy.faces.flatten()]][moved])
+    still = run(soup, net, update={"strength": 0.0})
+    assert np.array_equal(still.vertices, near)  # what does not move keeps its digits
+
+
 def test_winding_of_the_faces_does_not_matter(noisy, net):
     faces = np.asarray(noisy.faces)
     mixed = np.where(np.arange(len(faces))[:, None] % 10 == 0, faces[:, [0, 2, 1]], faces)
