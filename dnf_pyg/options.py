@@ -99,8 +99,8 @@ class UpdateOptions:
         max_move: Largest displacement of a vertex, in mean edge lengths.
         max_excess: Vertices stay in place where the filtered normals differ from those of the mesh by more than this
             multiple of what the estimated noise explains, and where there is too little noise to tell it from the
-            shape; others move by no more than twice this multiple of the noise. Use infinity to move all, for example
-            to smooth the stairs of a mesh made from voxels.
+            shape; others move by no more than twice this multiple of the noise or the shortest edge there. Use infinity
+            to move all, for example to smooth the stairs of a mesh made from voxels.
         num_iterations: Maximum number of iterations of the vertex update.
         max_correlation: The update stops when the displacements of neighbouring vertices have at least this
             correlation: from there on it removes detail. Use 1 to run all iterations, for noise that is correlated

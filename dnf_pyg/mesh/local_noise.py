@@ -26,6 +26,7 @@ _ROUNDS = 3
 _MEAN = 0.7979  # of half-normal values, relative to the standard deviation
 _ROOT = 0.8221  # mean of their square roots
 _CUT = 0.9546  # root mean square of those within 2.5
+_ANGLE = 0.8862  # mean angle between a noisy and the clean normal, relative to the root mean square
 
 
 class LocalNoise:
@@ -40,8 +41,9 @@ class LocalNoise:
     Noise displaces the vertices of a face independently, so it turns the normal of a face with heights h by about
 
     .. math::
-        \tan^2 t = \sum_i \sigma_i^2 / h_i^2.
+        \tan t = s + s^3, \qquad s^2 = \sum_i \sigma_i^2 / h_i^2.
 
+    The cube stands for strong noise, which also displaces vertices along the surface and reads weaker than it is.
     A filter that removes noise turns normals back by as much. One that flattens an edge or bends a plane turns them
     further, whatever the shape of the faces.
 
@@ -82,7 +84,10 @@ class LocalNoise:
             seen = sharp if correlated else np.minimum(sharp, bent)
             sigma = np.maximum(np.minimum(sharp, bent), self._unit * self.estimate.level) if correlated else seen
         self.sigma = torch.from_numpy(sigma)
-        self.certain = self._certain(torch.from_numpy(seen), topology)
+        self._shortest = torch.full_like(self.sigma, torch.inf)
+        for end in topology.edges:
+            self._shortest.scatter_reduce_(0, end, edge_lengths(self._pos, topology.edges), "amin")
+        self.certain = self._certain(torch.from_numpy(seen))
 
     def restraint(self, normal: Tensor, max_excess: float) -> tuple[Tensor, Tensor]:
         """Limit the movement of the vertices towards filtered normals to what the noise explains.
@@ -93,11 +98,12 @@ class LocalNoise:
 
         Returns:
             Vertices that should stay in place, (V,) bool, and the largest displacement of the others, (V,) float64,
-            mean edge lengths: twice ``max_excess`` standard deviations.
+            mean edge lengths: twice ``max_excess`` standard deviations, or the shortest edge there if that is more.
         """
         if max_excess == float("inf"):
             return torch.zeros_like(self.certain), torch.full_like(self.sigma, torch.inf)
-        return self.excess(normal) > max_excess, 2 * max_excess * self.sigma / self._unit
+        furthest = torch.maximum(2 * max_excess * self.sigma, self._shortest)  # single vertices may be far off
+        return self.excess(normal) > max_excess, furthest / self._unit
 
     def excess(self, normal: Tensor) -> Tensor:
         """Relate the angles between facet normals and filtered ones to those that the noise explains.
@@ -106,16 +112,16 @@ class LocalNoise:
             normal: Filtered normals, (F, 3), unit length.
 
         Returns:
-            Root mean square of the ratio around each vertex, (V,) float64: about 1 where noise was removed, up to 10
-            where more was changed; infinite where the noise is not certain.
+            Mean ratio around each vertex, (V,) float64: about 1 where noise was removed, up to 11 where more was
+            changed; infinite where the noise is not certain.
         """
         angle = angular_difference(normal, face_normals(self._pos, self._face)).double()
         ratio = (angle / self.tilt()).clamp(max=_BEYOND)
         total = torch.zeros(len(self._pos), 2, dtype=torch.float64)
         for corner in self._face:
-            total.index_add_(0, corner, torch.stack([ratio.square(), torch.ones_like(ratio)], dim=1))
+            total.index_add_(0, corner, torch.stack([ratio, torch.ones_like(ratio)], dim=1))
         mean = self._around(total.numpy())
-        found = torch.from_numpy(np.sqrt(_quotient(mean[:, 0], mean[:, 1])))
+        found = torch.from_numpy(_quotient(mean[:, 0], mean[:, 1])) / _ANGLE
         return torch.where(self.certain, found, torch.inf)
 
     def tilt(self) -> Tensor:
@@ -124,7 +130,7 @@ class LocalNoise:
         opposite = (corner.roll(-1, dims=0) - corner.roll(-2, dims=0)).norm(dim=-1)
         height = 2 * face_areas(self._pos, self._face) / opposite.clamp(min=1e-300)
         tangent = (self.sigma[self._face] / height.clamp(min=1e-300)).square().sum(dim=0).sqrt()
-        return torch.rad2deg(torch.atan(tangent)).clamp(min=1e-12)
+        return torch.rad2deg(torch.atan(tangent + tangent**3)).clamp(min=1e-12)
 
     def _around(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
         """Means of values (V, C) around each vertex."""
@@ -163,11 +169,8 @@ class LocalNoise:
             found = np.where(mean[:, 1] > 1e-9, np.sqrt(_quotient(mean[:, 0], mean[:, 1])) / _CUT, found)
         return np.where(near, found, np.inf)
 
-    def _certain(self, sigma: Tensor, topology: Topology) -> Tensor:
-        shortest = torch.full((len(self._pos),), torch.inf, dtype=torch.float64)
-        for end in topology.edges:
-            shortest.scatter_reduce_(0, end, edge_lengths(self._pos, topology.edges), "amin")
-        ratio = (sigma / shortest.clamp(min=1e-300)).clamp(max=1.0).numpy()
+    def _certain(self, sigma: Tensor) -> Tensor:
+        ratio = (sigma / self._shortest.clamp(min=1e-300)).clamp(max=1.0).numpy()
         piece = connected_components(self._walk, directed=False)[1]
         size = np.bincount(piece)[piece]
         needed = np.maximum((_FEW / size) ** 1.5, _WEAKEST)
