@@ -117,7 +117,7 @@ class UpdateOptions:
 
     strength: float = 1.0
     max_move: float = float("inf")
-    max_excess: float = 2.0
+    max_excess: float = 1.6
     num_iterations: int = expert(60)
     max_correlation: float = expert(-0.03)
     preserve_boundary: bool = False

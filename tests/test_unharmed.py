@@ -167,4 +167,4 @@ def test_noise_beside_a_clean_part_is_removed(best):
     noisy = torch.where(pos[:, :1] > 0, pos + 0.1 * noise * vertex_normals(pos, face), pos)
     result = denoised(noisy, face, best)
     assert theta(result.pos, pos, face) < 0.3 * theta(noisy, pos, face)
-    assert torch.equal(result.pos[pos[:, 0] < -3], pos[pos[:, 0] < -3])
+    assert torch.equal(result.pos[pos[:, 0] < -5], pos[pos[:, 0] < -5])
