@@ -2,6 +2,8 @@
 
 from dnf_pyg.datamodules.options import LoaderOptions
 from dnf_pyg.datamodules.patches import OnBroken, PatchDataModule
+from dnf_pyg.datamodules.refinement import Refinement
+from dnf_pyg.datasets import FreshPatchDataset, MeshDataset, PatchDataset
 from dnf_pyg.datasets.pairing import MeshPair, find_pairs, split_pairs
 from dnf_pyg.patches import PatchOptions
 
@@ -15,6 +17,9 @@ class PairsDataModule(PatchDataModule):
         noisy: Folder of noisy meshes.
         clean: Folder of clean meshes.
         pattern: Regular expression that a noisy name (without suffix) matches; its first group is the clean name.
+        refinement: Earlier networks of a cascade that the network of this training refines: patches are cut from what
+            they make of the noisy meshes. The meshes as they are if not given.
+        fresh: Cut the patches anew in every epoch (:class:`~dnf_pyg.datasets.FreshPatchDataset`).
         patches: Number and size of the patches.
         loader: How the patches are batched, loaded and augmented.
         val_share: Share of the clean meshes that are held back for validation and testing, with all their noisy
@@ -29,6 +34,8 @@ class PairsDataModule(PatchDataModule):
         noisy: str,
         clean: str,
         pattern: str = r"(.+)_(?:n\d+|noisy)",
+        refinement: Refinement | None = None,
+        fresh: bool = False,
         patches: PatchOptions = PatchOptions(),
         loader: LoaderOptions = LoaderOptions(),
         val_share: float = 0.1,
@@ -39,7 +46,17 @@ class PairsDataModule(PatchDataModule):
         self.noisy = noisy
         self.clean = clean
         self.pattern = pattern
+        self.refinement = refinement
+        self.kind = FreshPatchDataset if fresh else PatchDataset
 
     def pairs(self, split: str) -> list[MeshPair]:
         """List the noisy and clean files of ``train``, or of the meshes that are held back."""
         return split_pairs(self.sound(find_pairs(self.noisy, self.clean, self.pattern)), split, self.val_share)
+
+    def dataset(self, split: str) -> MeshDataset:
+        """Prepare the patches of ``train``, or of the meshes that are held back."""
+        noise_seed = None if split == "train" else self.patches.seed
+        return self.kind(
+            self.cache, self.pairs(split), self.patches, self.transform(split),
+            noise_seed=noise_seed, refine=self.refinement,
+        )  # fmt: skip

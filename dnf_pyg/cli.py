@@ -6,6 +6,7 @@ import os
 import sys
 import warnings
 from collections.abc import Sequence
+from importlib.util import find_spec
 from pkgutil import resolve_name
 from typing import TextIO
 
@@ -19,6 +20,7 @@ __all__ = ["main"]
 
 _EXAMPLES = """\
 examples:
+  dnf-pyg demo
   dnf-pyg denoise noisy.obj
   dnf-pyg denoise scans -o denoised --fast
   dnf-pyg compare noisy_denoised.obj clean.obj
@@ -71,6 +73,11 @@ def _run(words: list[str]) -> None:
             raise OptionError(
                 f"Expected -c CONFIG after `dnf-pyg {words[0]}` (got nothing). `dnf-pyg configs` lists the packaged "
                 "configs."
+            )
+        if find_spec("lightning") is None:
+            raise OptionError(
+                f"Expected Lightning for `dnf-pyg {words[0]}` (got none in this environment). Install dnf-pyg with its "
+                'extra "train", in a checkout by `pip install ".[train]"`.'
             )
         resolve_name(LIGHTNING[words[0]][0])(words)
     else:

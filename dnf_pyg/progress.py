@@ -1,5 +1,6 @@
 """Progress and time of long work."""
 
+import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -12,18 +13,24 @@ Progress = Callable[[int, int], None]
 """Function that is called with the amount of work done and the total amount."""
 
 
+_LINE_SECONDS = 10.0  # between lines of progress
+
+
 @contextmanager
 def progress_bar(description: str, unit: str, *, hidden: bool | None = None) -> Iterator[Progress]:
-    """Show a progress bar on stderr, and remove it at the end.
+    """Show a progress bar on stderr, and remove it at the end; in a file, write a line every ten seconds.
 
     Args:
         description: Text before the bar.
         unit: Unit of the work, such as ``face``.
-        hidden: Show no bar; if not given, none unless stderr is a terminal.
+        hidden: Show nothing; if not given, a bar in a terminal and lines elsewhere.
 
     Yields:
         The function that moves the bar.
     """
+    if hidden is None and not sys.stderr.isatty():
+        yield _lines(description, unit)
+        return
     with tqdm(desc=description, unit=unit, leave=False, disable=hidden) as bar:
 
         def report(done: int, total: int) -> None:
@@ -31,6 +38,19 @@ def progress_bar(description: str, unit: str, *, hidden: bool | None = None) -> 
             bar.update(done - bar.n)
 
         yield report
+
+
+def _lines(description: str, unit: str) -> Progress:
+    last = time.monotonic()
+
+    def report(done: int, total: int) -> None:
+        nonlocal last
+        if time.monotonic() - last >= _LINE_SECONDS:
+            last = time.monotonic()
+            sys.stderr.write(f"{description}: {done} of {total} {unit}s, {done / max(total, 1):.0%}\n")
+            sys.stderr.flush()
+
+    return report
 
 
 def part_of(report: Progress, part: int, num_parts: int) -> Progress:

@@ -171,9 +171,10 @@ def prepared(case, place, weights, monkeypatch):
         words["more"] = ["--reference", "clean.ply"]
     elif case == "device that this machine lacks":
         words["more"] = ["--device", "cuda:99"]
-    elif case == "page or picture of several inputs":
+    elif case in ("picture of several inputs", "page of several inputs that is no folder"):
         trimesh.creation.box().export(place / "box.ply")
-        words |= {"input": ["noisy.ply", "box.ply"], "-o": ".", "more": ["--report", "page.html"]}
+        more = ["--picture", "a.png"] if case.startswith("picture") else ["--report", "page.html"]
+        words |= {"input": ["noisy.ply", "box.ply"], "-o": ".", "more": more}
     elif case == "no output named for several inputs":
         trimesh.creation.box().export(place / "box.ply")
         words["input"] = ["noisy.ply", "box.ply"]

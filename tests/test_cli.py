@@ -82,9 +82,9 @@ HEAVY = ("torch", "lightning", "trimesh", "numba", "matplotlib", "numpy", "scipy
     "words",
     [
         ["--help"], ["--version"], ["configs"], ["configs", "demo"], ["weights"], ["denoise", "--help"], ["fit"],
-        ["denoize"], ["experiment", "scor"], ["denoise", "a.obj", "--strenght", "1"], ["compare"],
+        ["denoize"], ["experiment", "seri"], ["denoise", "a.obj", "--strenght", "1"], ["compare"],
         ["make-shape", "blob"], ["experiment", "series", "noise-levels", "--dta"],
-        ["denoise", "a.obj", "--strength", "2"], ["benchmark"],
+        ["denoise", "a.obj", "--strength", "2"], ["benchmark"], ["completion", "bash"],
     ],
     ids=" ".join,
 )  # fmt: skip
@@ -167,6 +167,38 @@ def test_warnings_are_one_line(capsys, monkeypatch):
 @pytest.mark.parametrize("command", ["fit", "validate", "test"])
 def test_training_needs_a_config(command, capsys):
     assert f"Expected -c CONFIG after `dnf-pyg {command}` (got nothing). `dnf-pyg configs`" in failure(capsys, command)
+
+
+@pytest.mark.parametrize("command", ["fit", "predict"])
+def test_training_without_lightning_names_the_extra(command, capsys, monkeypatch):
+    monkeypatch.setattr("dnf_pyg.cli.find_spec", lambda name: None)
+    assert 'pip install ".[train]"' in failure(capsys, command, "-c", "demo")
+
+
+def test_denoising_and_layers_need_nothing_of_training(tmp_path):
+    """Runs without the packages of the extra ``train``, as after a plain installation."""
+    trimesh.creation.icosphere(subdivisions=2).export(tmp_path / "ball.ply")
+    code = (
+        "import sys\nfor name in ('lightning', 'tensorboard', 'pytorch_lightning'): sys.modules[name] = None\n"
+        "import dnf_pyg.nn, dnf_pyg.transforms, dnf_pyg.datasets, dnf_pyg.evaluate.benchmark\n"
+        "from dnf_pyg.cli import main\n"
+        f"ball, out = {str(tmp_path / 'ball.ply')!r}, {str(tmp_path / 'out.ply')!r}\n"
+        "words = ['--reference', ball, '--picture', out + '.png', '--report', out + '.html', '--fast']\n"
+        "sys.exit(main(['denoise', ball, '-o', out, *words]))\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+
+
+def test_folder_called_like_one_of_ours_beside_the_script_is_no_trouble(tmp_path):
+    (tmp_path / "datamodules").mkdir()
+    (tmp_path / "datamodules" / "__init__.py").write_text("raise ImportError('not this one')")
+    (tmp_path / "script.py").write_text(
+        "from dnf_pyg.datamodules import PairsDataModule\nfrom dnf_pyg.cli import main\n"
+        "print(PairsDataModule.__module__, main(['configs', 'demo', '-o', 'demo.yaml']))"
+    )
+    done = subprocess.run([sys.executable, "script.py"], capture_output=True, text=True, cwd=tmp_path)
+    assert done.stdout == "dnf_pyg.datamodules.pairs 0\n", done.stderr
 
 
 @pytest.mark.parametrize("command", [["make-shape", "blob", "--faces", "300"], ["add-noise", "clean.ply"]])
@@ -265,7 +297,9 @@ def test_unknown_config_names_the_known_ones(capsys):
 
 def test_configs_are_listed_and_copied(capsys, tmp_path):
     assert main(["configs"]) == 0
-    assert "synthetic" in capsys.readouterr().out
+    listed = capsys.readouterr().out.splitlines()
+    assert any(line.startswith("synthetic ") for line in listed)
+    assert all(line.split()[0] == "Takes" for line in listed[1::2])
     copy = tmp_path / "mine.yaml"
     assert main(["configs", "demo", "-o", str(copy)]) == 0
     assert "seed_everything" in copy.read_text()

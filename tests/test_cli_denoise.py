@@ -1,9 +1,7 @@
 """The command ``dnf-pyg denoise`` from file to file."""
 
 import json
-import os
 import re
-import resource
 import signal
 
 import numpy as np
@@ -55,6 +53,8 @@ def test_json_picture_and_report(call, noisy_file, tmp_path):
     assert values["num_faces"] == 768
     assert values["before"]["theta"] == pytest.approx(0, abs=1e-6)
     assert values["after"]["theta"] > 1
+    assert 1 <= values["num_iterations"] <= 60
+    assert values["ended_by"]
     assert values["flipped_after"] <= values["flipped_before"]
     assert "noisy.ply, denoised" in outputs[2].read_text()
     assert re.search(r"max move</th>\s*<td class=.number.[^>]*>none<", outputs[2].read_text())
@@ -73,6 +73,19 @@ def test_output_beside_the_input_by_default(call, noisy_file, tmp_path):
     assert (status, "noisy_denoised.ply', which exists" in err) == (2, True)
     status, _, err = call(tmp_path)
     assert (status, "Expected -o FOLDER for several inputs" in err) == (2, True)
+
+
+def test_pages_of_several_inputs_and_their_index(call, noisy_file, tmp_path):
+    for name in ("in", "out", "pages"):
+        (tmp_path / name).mkdir()
+    for name in ("a.ply", "b.ply"):
+        (tmp_path / "in" / name).write_bytes(noisy_file.read_bytes())
+    assert call(tmp_path / "in", "-o", tmp_path / "out", "--report", tmp_path / "pages")[0] == 0
+    assert sorted(path.name for path in (tmp_path / "pages").iterdir()) == ["a.ply.html", "b.ply.html", "index.html"]
+    index = (tmp_path / "pages" / "index.html").read_text()
+    assert [name in index for name in ('href="a.ply.html"', 'href="b.ply.html"', ">768<")] == [True, True, True]
+    status, _, err = call(tmp_path / "in", "-o", tmp_path / "out", "--report", tmp_path / "absent")
+    assert (status, "Expected a folder for --report" in err) == (2, True)
 
 
 def test_options_from_a_file(call, noisy_file, tmp_path):
@@ -219,8 +232,8 @@ def test_bad_settings_are_one_line_and_write_nothing(call, noisy_file, tmp_path,
     assert [path.name for path in tmp_path.iterdir()] == [noisy_file.name]
 
 
-@pytest.mark.skipif(os.name != "posix", reason="limits file sizes by rlimit")
 def test_full_disk(call, noisy_file, tmp_path):
+    resource = pytest.importorskip("resource")
     limits = resource.getrlimit(resource.RLIMIT_FSIZE)
     handler = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
     try:

@@ -20,14 +20,41 @@ ALLOWED = {
     "transforms": {"errors", "mesh", "patches"},
     "datasets": {"errors", "io", "mesh", "patches", "transforms"},
     "weights": {"errors", "nn", "options"},
-    "pipeline": {"errors", "findings", "io", "mesh", "nn", "options", "patches", "progress", "weights"},
+    "filtering": {"errors", "mesh", "nn", "options", "patches", "progress"},
+    "steps": {"filtering", "mesh", "nn", "options", "patches", "progress"},
+    "pipeline": {
+        "errors",
+        "filtering",
+        "findings",
+        "io",
+        "mesh",
+        "nn",
+        "options",
+        "progress",
+        "result",
+        "steps",
+        "weights",
+    },
+    "result": {"errors", "io", "mesh", "view"},
+    "accessor": {"pipeline"},
     "view": {"errors", "io", "mesh"},
     "evaluate": {"datasets", "errors", "io", "mesh", "options", "pipeline", "view", "weights"},
     "train": {"errors", "evaluate", "io", "mesh", "nn", "options", "pipeline", "view", "weights"},
-    "datamodules": {"datasets", "errors", "io", "mesh", "patches", "synthetic", "transforms"},
+    "datamodules": {
+        "datasets",
+        "errors",
+        "io",
+        "mesh",
+        "options",
+        "patches",
+        "pipeline",
+        "synthetic",
+        "transforms",
+        "weights",
+    },
 }
 TOP = {"__main__", "cli", "commands"}  # may import everything, and only each other imports them
-NO_LIGHTNING = {"datasets", "mesh", "nn", "patches", "pipeline"}
+NO_LIGHTNING = {"datasets", "filtering", "mesh", "nn", "patches", "pipeline"}
 FILES = sorted([*(ROOT / "dnf_pyg").rglob("*.py"), *(ROOT / "datamodules").rglob("*.py")])
 
 

@@ -17,16 +17,17 @@ ELSEWHERE = {  # parts that only show in what is made of them
     "commands/test_predict.py": ["datamodules/mesh_files.py", "dnf_pyg/train/prediction.py"],
     "commands/test_train.py": ["dnf_pyg/commands/run_folder.py"],
     "test_bad_input.py": ["dnf_pyg/errors.py"],
-    "test_cli.py": [f"dnf_pyg/commands/{name}.py" for name in ("add_noise", "compare", "configs", "make_shape")]
+    "test_cli.py": [f"dnf_pyg/commands/{name}.py" for name in ("add_noise", "compare", "configs")]
     + ["dnf_pyg/__main__.py"],
     "test_cli_denoise.py": ["dnf_pyg/commands/denoise.py", "dnf_pyg/commands/outcome.py"],
-    "commands/test_parser.py": ["dnf_pyg/commands/options.py"],
+    "commands/test_parser.py": [f"dnf_pyg/commands/{name}.py" for name in ("options", "shape_options")],
     "commands/test_benchmark.py": ["dnf_pyg/commands/evaluation_options.py", "dnf_pyg/commands/methods.py"],
     "commands/test_weights.py": ["dnf_pyg/commands/export_weights.py"],
     "commands/test_experiment.py": [
-        f"dnf_pyg/evaluate/experiments/{name}.py" for name in ("ablation", "scores", "series_report")
+        f"dnf_pyg/evaluate/experiments/{name}.py" for name in ("ablation", "series_report")
     ],
     "evaluate/baselines/test_bilateral.py": ["dnf_pyg/evaluate/baselines/filtered.py"],
+    "view/test_report.py": ["dnf_pyg/view/page.py"],
     "patches/test_seeds.py": ["dnf_pyg/patches/coverage.py"],
     "datasets/test_datasets.py": [
         f"dnf_pyg/datasets/{name}.py" for name in ("fresh_patch_dataset", "mesh_dataset", "patch_dataset")

@@ -16,7 +16,7 @@ from dnf_pyg import FAST, FilterOptions, OptionError, UpdateOptions
         (FilterOptions, "batch_size", True, r"'batch_size' to be a whole number of at least 1 \(got True\)"),
         (FilterOptions, "seed", -1, r"'seed' to be a whole number from 0 to"),
         (FilterOptions, "growth", "hat", r"'growth' to be one of dijkstra, heat \(got hat\). Choose one of these."),
-        (FilterOptions, "precision", "fp16", r"'precision' to be one of fp32, bf16 \(got fp16\)"),
+        (FilterOptions, "precision", "fp16", r"'precision' to be one of auto, fp32, bf16 \(got fp16\)"),
         (
             UpdateOptions,
             "strength",

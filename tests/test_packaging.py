@@ -1,8 +1,14 @@
 """The wheel carries every package of the tree, one version is told everywhere, and every bound has its reason."""
 
+import os
+import shutil
+import subprocess
+import sys
 import tomllib
+import zipfile
 from pathlib import Path
 
+import trimesh
 import yaml
 
 import dnf_pyg
@@ -26,3 +32,33 @@ def test_every_bound_has_its_reason():
     block = PROJECT.partition("\ndependencies = [\n")[2].partition("\n]")[0]
     assert len(block.splitlines()) == len(tomllib.loads(PROJECT)["project"]["dependencies"])
     assert [line for line in block.splitlines() if '",  # ' not in line] == []
+
+
+def test_wheel_denoises_and_shows_outside_of_the_checkout(tmp_path):
+    source = tmp_path / "source"
+    for name in ("dnf_pyg", "datamodules", "configs"):
+        shutil.copytree(ROOT / name, source / name, ignore=shutil.ignore_patterns("__pycache__"))
+    for name in ("pyproject.toml", "README.md", "LICENSE"):
+        shutil.copy(ROOT / name, source)
+    build = "from setuptools.build_meta import build_wheel; print(build_wheel('..'))"
+    subprocess.run([sys.executable, "-c", build], cwd=source, check=True, capture_output=True)
+    (wheel,) = tmp_path.glob("dnf_pyg-*.whl")
+    with zipfile.ZipFile(wheel) as content:
+        content.extractall(tmp_path / "installed")
+        metadata = next(name for name in content.namelist() if name.endswith("METADATA"))
+        assert "Project-URL: Paper, https://arxiv.org" in content.read(metadata).decode()
+    trimesh.creation.icosphere(subdivisions=3).export(tmp_path / "ball.ply")
+    environment = {**os.environ, "PYTHONPATH": str(tmp_path / "installed"), "OMP_NUM_THREADS": "1"}
+    code = "import dnf_pyg, dnf_pyg.datamodules, dnf_pyg.configs; print(dnf_pyg.__file__)"
+    for words in (
+        ["-c", code],
+        ["-m", "dnf_pyg", "denoise", "ball.ply", "--fast", "--report", "page.html"],
+        ["-m", "dnf_pyg", "configs", "demo", "-o", "demo.yaml"],
+    ):
+        done = subprocess.run([sys.executable, *words], capture_output=True, text=True, cwd=tmp_path, env=environment)
+        assert done.returncode == 0, done.stderr
+        if words[0] == "-c":
+            assert Path(done.stdout.strip()).is_relative_to(tmp_path / "installed")
+    assert (tmp_path / "ball_denoised.ply").is_file()
+    assert (tmp_path / "page.html").is_file()
+    assert (tmp_path / "demo.yaml").is_file()

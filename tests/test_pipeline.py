@@ -9,11 +9,11 @@ import trimesh
 from torch_geometric.data import Data
 
 from dnf_pyg import FAST, DenoiseWarning, FilterOptions, MeshError, OptionError, UpdateOptions, denoise
+from dnf_pyg.filtering import filter_normals
 from dnf_pyg.io import MeshFile, read_mesh
 from dnf_pyg.mesh import edges, face_normals
 from dnf_pyg.mesh.geometry import mean_edge_length
 from dnf_pyg.nn import SurfaceDNFNet
-from dnf_pyg.pipeline import filter_normals
 
 
 @pytest.fixture(scope="module")
@@ -40,10 +40,9 @@ def edge_length(mesh):
 
 
 def run(mesh, net, *, update=None, num_passes=1, mask=None, progress=None, **filtering):
-    options = FilterOptions(**{"patch_size": 200, **filtering})
-    update = UpdateOptions(
-        **{"max_excess": math.inf, **(update or {})}
-    )  # what a random network does is never explained
+    options = FilterOptions(**{"patch_size": 200, "precision": "fp32", **filtering})
+    limits = {"max_excess": math.inf}  # what a random network does is never explained
+    update = UpdateOptions(**(limits | (update or {})))
     return denoise(mesh, net, filtering=options, update=update, num_passes=num_passes, mask=mask, progress=progress)
 
 
@@ -56,9 +55,40 @@ def test_result(noisy, net):
     assert bool((result.confidence > 0).all() and (result.confidence <= 1 + 1e-6).all())
     torch.testing.assert_close(result.normal.norm(dim=1), torch.ones(len(noisy.faces)))
     assert result.flipped_after <= result.flipped_before
-    assert 0.05 < result.noise_level < 0.3
+    assert 0.05 < result.noise.level < 0.3
     assert set(result.seconds) == {"prepare", "patches", "network", "fuse", "update"}
     assert torch.equal(result.pos, run(noisy, net).pos)
+
+
+def test_result_says_how_the_update_ended_in_the_log_too(noisy, net, caplog):
+    with caplog.at_level("INFO", logger="dnf_pyg"):
+        result = run(noisy, net, update={"num_iterations": 2})
+    assert (result.num_iterations, result.ended_by) == (2, "the largest number was reached")
+    assert caplog.messages[-1].startswith("denoised 768 faces")
+    assert caplog.messages[-1].endswith("2 iterations: the largest number was reached")
+
+
+@pytest.mark.parametrize("error", [KeyboardInterrupt, RuntimeError])
+def test_error_of_the_progress_function_ends_the_work_and_changes_nothing(noisy, net, error):
+    before, calls = noisy.vertices.copy(), []
+
+    def cancel(done, total):
+        calls.append(done)
+        raise error("enough")
+
+    with pytest.raises(error, match="enough"):
+        run(noisy, net, progress=cancel, batch_size=1)
+    assert len(calls) == 1
+    assert (noisy.vertices == before).all()
+
+
+def test_automatic_precision_is_one_of_the_two(noisy, net, monkeypatch):
+    full, half = (run(noisy, net, precision=precision).pos for precision in ("fp32", "bf16"))
+    assert not torch.equal(full, half)
+    for has_instructions, expected in ((False, full), (True, half)):
+        monkeypatch.setattr("torch.cpu._is_amx_tile_supported", lambda: False)
+        monkeypatch.setattr("torch.cpu._is_avx512_bf16_supported", lambda has=has_instructions: has)
+        assert torch.equal(run(noisy, net, precision="auto", device="cpu").pos, expected)
 
 
 @pytest.mark.parametrize("scale", [1e-6, 1e6])
@@ -295,7 +325,7 @@ def test_validates_once_and_computes_edges_once(noisy, net, monkeypatch):
 
 def test_filter_normals_gives_what_denoise_fits(noisy, net):
     pos, face = positions(noisy), torch.tensor(noisy.faces).t().contiguous()
-    fused = filter_normals(net, pos, face, FilterOptions(patch_size=200))
+    fused = filter_normals(net, pos, face, FilterOptions(patch_size=200, precision="fp32"))
     torch.testing.assert_close(fused.normal, run(noisy, net).normal)
     with pytest.raises(MeshError, match="0 faces"):
         filter_normals(net, pos, face[:, :0])

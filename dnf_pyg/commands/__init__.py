@@ -2,7 +2,7 @@
 
 from typing import Any, NamedTuple
 
-from dnf_pyg.commands import evaluation_options, options
+from dnf_pyg.commands import evaluation_options, options, shape_options
 
 __all__ = ["COMMANDS", "LIGHTNING", "Command"]
 
@@ -20,17 +20,19 @@ class Command(NamedTuple):
 
 
 COMMANDS = {
+    "demo": Command(shape_options.DemoOptions, "dnf_pyg.commands.demo:run"),
     "denoise": Command(options.DenoiseOptions, "dnf_pyg.commands.denoise:run"),
+    "view": Command(options.ViewOptions, "dnf_pyg.commands.view:run"),
     "compare": Command(options.CompareOptions, "dnf_pyg.commands.compare:run"),
     "benchmark": Command(evaluation_options.BenchmarkOptions, "dnf_pyg.commands.benchmark:run"),
     "experiment ablation": Command(evaluation_options.AblationOptions, "dnf_pyg.commands.experiment:ablation"),
-    "experiment scores": Command(evaluation_options.ScoresOptions, "dnf_pyg.commands.experiment:scores"),
     "experiment series": Command(evaluation_options.SeriesOptions, "dnf_pyg.commands.experiment:series"),
     "weights": Command(options.WeightsOptions, "dnf_pyg.commands.weights:run"),
     "weights export": Command(options.ExportOptions, "dnf_pyg.commands.export_weights:run"),
-    "add-noise": Command(options.AddNoiseOptions, "dnf_pyg.commands.add_noise:run"),
-    "make-shape": Command(options.MakeShapeOptions, "dnf_pyg.commands.make_shape:run"),
+    "add-noise": Command(shape_options.AddNoiseOptions, "dnf_pyg.commands.add_noise:run"),
+    "make-shape": Command(shape_options.MakeShapeOptions, "dnf_pyg.commands.make_shape:run"),
     "configs": Command(options.ConfigsOptions, "dnf_pyg.commands.configs:run"),
+    "completion": Command(options.CompletionOptions, "dnf_pyg.commands.completion:run"),
 }
 
 LIGHTNING = {  # these parse their words themselves, with the options of Lightning

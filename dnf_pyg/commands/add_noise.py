@@ -2,8 +2,8 @@
 
 import torch
 
-from dnf_pyg.commands.options import AddNoiseOptions
 from dnf_pyg.commands.outputs import check_output
+from dnf_pyg.commands.shape_options import AddNoiseOptions
 from dnf_pyg.io import read_mesh, write_mesh
 from dnf_pyg.mesh.noise import NOISE_KINDS
 

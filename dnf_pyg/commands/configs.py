@@ -38,7 +38,8 @@ def run(options: ConfigsOptions) -> None:
     """
     if options.name is None:
         for name, path in packaged_configs().items():
-            tell(f"{name:24} {path.read_text().splitlines()[0].removeprefix('#').strip()}")
+            about, takes = (line.removeprefix("#").strip() for line in path.read_text().splitlines()[:2])
+            tell(f"{name:24} {about}", f"{'':24} {takes}")
         return
     path = Path(find_config(options.name))
     if options.output is None:

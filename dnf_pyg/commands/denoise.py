@@ -6,6 +6,7 @@ import sys
 import time
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import torch
 
@@ -18,11 +19,12 @@ from dnf_pyg.errors import DNFError, MeshFileError, OptionError
 from dnf_pyg.io import find_meshes, read_mesh, write_mesh
 from dnf_pyg.io.atomic import check_writable
 from dnf_pyg.io.selection import read_selection
-from dnf_pyg.nn import FilteringNetwork
+from dnf_pyg.nn import Cascade
+from dnf_pyg.nn.inference import inference_device
 from dnf_pyg.pipeline import denoise
 from dnf_pyg.progress import progress_bar
-from dnf_pyg.view import draw_meshes, write_report
-from dnf_pyg.weights.load import load_network
+from dnf_pyg.view import draw_meshes, write_index, write_report
+from dnf_pyg.weights.load import load_cascade
 
 __all__ = ["run"]
 
@@ -36,15 +38,17 @@ def run(options: DenoiseOptions) -> None:
     outputs, several = _outputs(options)
     if options.threads is not None:
         torch.set_num_threads(options.threads)
-    net = load_network(options.weights, options.data_set)
+    cascade = load_cascade(options.weights, options.data_set)
     _check_device(options.filtering.device)
-    failed = []
+    failed, pages = [], {}
     for number, (path, output) in enumerate(outputs.items(), start=1):
         if several and output.exists() and not options.overwrite:
             tell(f"{output}: already there, skipped", file=sys.stderr)
             continue
+        page = options.report if options.report is None or not several else options.report / f"{path.name}.html"
         try:
-            _run_one(path, output, net, options, f" ({number} of {len(outputs)})" if several else "")
+            place = f" ({number} of {len(outputs)})" if several else ""
+            pages[path.name] = _run_one(path, output, page, cascade, options, place)
         except BrokenPipeError:
             raise
         except Exception as error:  # bad input, or a fault of ours or too little memory at one of thousands of files
@@ -52,6 +56,11 @@ def run(options: DenoiseOptions) -> None:
                 raise
             tell(f"{path}: failed", file=sys.stderr)
             failed.append(f"{path}: {error if isinstance(error, DNFError) else repr(error)}")
+    if several and options.report is not None:
+        index = options.report / "index.html"
+        rows = {name: (f"{name}.html", _row(values)) for name, values in pages.items()}
+        write_index(index, rows, ("Faces", "Noise level", "Mean movement", "Folded before", "Folded after"))
+        tell(f"{index}: page of {len(pages)} meshes")
     if failed:
         raise DNFError(f"{len(failed)} of {len(outputs)} meshes failed: " + "; ".join(failed))
 
@@ -65,10 +74,16 @@ def _outputs(options: DenoiseOptions) -> tuple[Mapping[Path, Path], bool]:
     """
     inputs = find_meshes(options.input)
     several = len(inputs) > 1 or any(path.is_dir() for path in options.input)
-    if several and (options.reference or options.picture or options.report):
+    if several and (options.reference or options.picture):
         raise OptionError(
-            "Expected one input with --reference, --picture and --report (got several). Denoise these meshes apart."
+            "Expected one input with --reference and --picture (got several). Denoise these meshes apart."
         )
+    if several and options.report is not None:
+        if not options.report.is_dir():
+            raise OptionError(
+                f"Expected a folder for --report of several inputs (got '{options.report}'). Name an existing folder."
+            )
+        check_writable(options.report / "index.html")
     if options.output is None:
         if several:
             raise OptionError("Expected -o FOLDER for several inputs (got none). Name an existing folder.")
@@ -86,10 +101,18 @@ def _outputs(options: DenoiseOptions) -> tuple[Mapping[Path, Path], bool]:
     return outputs, several
 
 
-def _run_one(path: Path, output: Path, net: FilteringNetwork, options: DenoiseOptions, place: str) -> None:
+def _row(values: Mapping[str, Any]) -> tuple[str, ...]:
+    """Figures of a mesh for the page of several."""
+    lengths = (f"{values[name]:.3f}" for name in ("noise_level", "mean_move"))
+    return (f"{values['num_faces']:,}", *lengths, str(values["flipped_before"]), str(values["flipped_after"]))
+
+
+def _run_one(
+    path: Path, output: Path, page: Path | None, cascade: Cascade, options: DenoiseOptions, place: str
+) -> dict[str, Any]:
     start = time.perf_counter()
     check_output(output, overwrite=options.overwrite)
-    for target, suffixes in ((options.picture, (".png",)), (options.report, (".html", ".htm"))):
+    for target, suffixes in ((options.picture, (".png",)), (page, (".html", ".htm"))):
         if target is not None:
             check_output(target, overwrite=options.overwrite, suffixes=suffixes)
     mesh = read_mesh(path)
@@ -98,7 +121,7 @@ def _run_one(path: Path, output: Path, net: FilteringNetwork, options: DenoiseOp
     with progress_bar(printable(f"filtering {path.name}{place}"), "face") as report:
         result = denoise(
             mesh,
-            net,
+            cascade,
             filtering=options.filtering,
             update=options.update,
             num_passes=options.num_passes,
@@ -114,19 +137,20 @@ def _run_one(path: Path, output: Path, net: FilteringNetwork, options: DenoiseOp
     if options.picture is not None:
         meshes = {} if reference is None else {"clean": (reference.pos, reference.face)}
         meshes |= {"noisy": (mesh.pos, mesh.face), "denoised": (result.pos, mesh.face)}
-        draw_meshes(options.picture, meshes, meshes.get("clean"))
-    if options.report is not None:
+        draw_meshes(options.picture, meshes, meshes.get("clean"), moved=("noisy", "denoised"))
+    if page is not None:
         write_report(
-            options.report,
+            page,
             mesh.pos,
             result.pos,
             mesh.face,
             title=f"{path.name}, denoised",
             subtitle=f"{mesh.face.size(1):,} triangles, {len(mesh.pos):,} vertices. " + " ".join(result.warnings),
             reference=reference.pos if reference is not None and torch.equal(reference.face, mesh.face) else None,
-            figures=outcome_figures(values),
+            figures=outcome_figures(values, result),
             settings=_shown(options),
         )
+    return values
 
 
 def _shown(options: DenoiseOptions) -> dict[str, str]:
@@ -144,7 +168,7 @@ def _shown(options: DenoiseOptions) -> dict[str, str]:
 
 def _check_device(name: str) -> None:
     try:
-        torch.zeros(1, device=name).cpu()
+        torch.zeros(1, device=inference_device(name)).cpu()
     except (RuntimeError, AssertionError) as error:
         reason = str(error).splitlines()[0]
         raise OptionError(f"Expected a device of this machine (got '{name}': {reason}). Use cpu.") from error

@@ -11,7 +11,6 @@ __all__ = [
     "BenchmarkOptions",
     "EvaluationOptions",
     "MethodOptions",
-    "ScoresOptions",
     "SeriesOptions",
 ]
 
@@ -80,26 +79,12 @@ class BenchmarkOptions(MethodOptions):
     """
 
     baselines: tuple[str, ...] = field(
-        default=("BNF", "GNF", "Taubin"),
+        default=("BNF", "GNF", "TV", "L0", "Taubin"),
         metadata={"metavar": "NAME", "choices": "dnf_pyg.evaluate.baselines:BASELINES"},
     )
     outputs: tuple[str, ...] = field(default=(), metadata={"metavar": "TITLE=FOLDER"})
     published: tuple[Path, ...] = field(default=(), metadata={"metavar": "CSV"})
     keep: tuple[str, ...] = field(default=(), metadata={"metavar": "PATTERN"})
-
-
-@dataclass(frozen=True, kw_only=True)
-class ScoresOptions(MethodOptions):
-    """Scores of Eq. 4 of several methods, as a table and as the paper's plot.
-
-    Examples:
-        dnf-pyg experiment scores data/cnr/Synthetic -o scores --published docs/results/published_cnr.csv
-
-    Args:
-        published: CSV files with theta of other methods: columns mesh, noise, method, theta_deg.
-    """
-
-    published: tuple[Path, ...] = field(default=(), metadata={"metavar": "CSV"})
 
 
 @dataclass(frozen=True)
@@ -120,10 +105,13 @@ class SeriesOptions(MethodOptions, _Series):
     Examples:
         dnf-pyg experiment series noise-levels data/cnr/Synthetic -o noise_levels --settings 0.1 0.3
 
+    The first of the default networks is that of the paper, trained on Gaussian noise of 0.1 to 0.3.
+
     Args:
         settings: Settings of the series to run; all if not given.
     """
 
+    weights: tuple[str, ...] = field(default=("synthetic", DEFAULT_WEIGHTS), metadata={"metavar": "[TITLE=]WEIGHTS"})
     settings: tuple[str, ...] | None = field(default=None, metadata={"metavar": "SETTING"})
 
 

@@ -7,14 +7,14 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from dnf_pyg.commands import methods
-from dnf_pyg.commands.evaluation_options import AblationOptions, EvaluationOptions, ScoresOptions, SeriesOptions
+from dnf_pyg.commands.evaluation_options import AblationOptions, EvaluationOptions, SeriesOptions
 from dnf_pyg.commands.terminal import tell
 from dnf_pyg.datasets.pairing import find_test_folder, pair_meshes
 from dnf_pyg.errors import DataError
 from dnf_pyg.evaluate.benchmark import Failure
-from dnf_pyg.evaluate.experiments import CASES, PAPER_MESHES, SERIES, write_ablation, write_scores, write_series
+from dnf_pyg.evaluate.experiments import CASES, PAPER_MESHES, SERIES, write_ablation, write_series
 
-__all__ = ["ablation", "find_run", "scores", "series"]
+__all__ = ["ablation", "find_run", "series"]
 
 
 def find_run(runs: Path, names: Sequence[str]) -> Path | None:
@@ -58,20 +58,6 @@ def ablation(options: AblationOptions) -> None:
     rows, failures = methods.run_methods(pairs, networks, options.output)
     text = write_ablation(options.output, rows, failures, {key: str(path) for key, path in sources.items()})
     _finish(text, failures, options)
-
-
-def scores(options: ScoresOptions) -> None:
-    """Scores of Eq. 4.
-
-    Raises:
-        DataError: If there are no meshes, two methods have one title, or, after everything else, a mesh failed.
-    """
-    pairs = methods.selected(pair_meshes(find_test_folder(options.data)), options)
-    published = methods.published_rows(options.published, pairs)
-    compared = methods.methods_of(options)
-    methods.check_titles(compared, published)
-    rows, failures = methods.run_methods(pairs, compared, options.output)
-    _finish(write_scores(options.output, [*rows, *published]), failures, options)
 
 
 def series(options: SeriesOptions) -> None:

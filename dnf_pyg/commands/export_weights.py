@@ -8,7 +8,7 @@ from dnf_pyg.commands.terminal import tell
 from dnf_pyg.commands.weights import release_lines
 from dnf_pyg.errors import DataError, WeightsError
 from dnf_pyg.evaluate.benchmark import read_results, summarize
-from dnf_pyg.weights.load import load_network
+from dnf_pyg.weights.load import load_cascade
 from dnf_pyg.weights.release import fingerprint, write_release
 
 __all__ = ["run"]
@@ -21,7 +21,7 @@ def run(options: ExportOptions) -> None:
         WeightsError: If the checkpoint cannot be loaded, or the benchmark is not of these weights.
         DataError: If a file cannot be read.
     """
-    net = load_network(options.checkpoint, options.data_set)
+    net = load_cascade(options.checkpoint, options.data_set)
     benchmark = None if options.benchmark is None else _measured(options.benchmark, fingerprint(net))
     recipe = _text(options.recipe)
     release = write_release(

@@ -1,12 +1,12 @@
 """Make a clean mesh in code, to try things on."""
 
-import torch
 import trimesh
 
-from dnf_pyg.commands.options import MakeShapeOptions
 from dnf_pyg.commands.outputs import check_output
+from dnf_pyg.commands.shape_options import MakeShapeOptions
 from dnf_pyg.io import write_mesh
 from dnf_pyg.synthetic.shapes import SHAPES
+from dnf_pyg.synthetic.shapes.sized import sized_shape
 
 __all__ = ["run"]
 
@@ -18,5 +18,5 @@ def run(options: MakeShapeOptions) -> None:
         OutputError: If the output exists already, or cannot be written.
     """
     check_output(options.output, overwrite=options.overwrite)
-    pos, face = SHAPES[options.kind](torch.Generator().manual_seed(options.seed), options.faces)
+    pos, face = sized_shape(SHAPES[options.kind], options.seed, options.faces)
     write_mesh(trimesh.Trimesh(pos.numpy(), face.t().numpy(), process=False), pos, options.output)

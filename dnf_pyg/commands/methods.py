@@ -26,7 +26,7 @@ from dnf_pyg.evaluate.benchmark import (
     run_benchmark,
 )
 from dnf_pyg.pipeline import denoise
-from dnf_pyg.weights import load_network
+from dnf_pyg.weights.load import load_cascade
 from dnf_pyg.weights.release import fingerprint
 
 __all__ = [
@@ -55,12 +55,12 @@ def split_title(word: str) -> tuple[str, str]:
 
 
 def network_method(title: str, weights: str, options: EvaluationOptions) -> NetworkMethod:
-    """A network with the options of the command, without limits on what it changes: other methods have none.
+    """A network with the options of the command.
 
     Raises:
         WeightsError: If it cannot be loaded.
     """
-    net = load_network(weights)
+    net = load_cascade(weights)
     filtering, update, num_passes = options.filtering, replace(options.update, max_excess=inf), options.num_passes
     denoiser = partial(denoise, weights=net, filtering=filtering, update=update, num_passes=num_passes)
     text = f"weights={fingerprint(net)}, filtering={filtering}, update={update}, num_passes={num_passes}"

@@ -1,4 +1,4 @@
-"""Options of the commands, as dataclasses; those that measure methods are in ``evaluation_options``.
+"""Options of the commands, as dataclasses; ``shape_options`` and ``evaluation_options`` hold those of their groups.
 
 The command line, its help and YAML files follow from them (:mod:`dnf_pyg.commands.parser`). They do not import what the
 commands work with, so that the help and errors of the command line appear at once.
@@ -6,17 +6,18 @@ commands work with, so that the help and errors of the command line appear at on
 
 from dataclasses import KW_ONLY, dataclass, field
 from pathlib import Path
+from typing import Literal
 
 from dnf_pyg.options import DEFAULT_WEIGHTS, FAST, FilterOptions, UpdateOptions, check_range, expert
 
 __all__ = [
-    "AddNoiseOptions",
     "CompareOptions",
+    "CompletionOptions",
     "ConfigsOptions",
     "DenoiseOptions",
     "ExportOptions",
-    "MakeShapeOptions",
     "PredictOptions",
+    "ViewOptions",
     "WeightsOptions",
 ]
 
@@ -45,7 +46,8 @@ class DenoiseOptions:
             or the name of such a property of a ply, glb or gltf mesh.
         reference: Clean mesh with the same faces, to print theta before and after.
         picture: PNG file to draw: both meshes side by side and, with a reference, their error maps.
-        report: HTML page to write, with both meshes in 3D, histograms and figures.
+        report: HTML page to write, with both meshes in 3D, histograms and figures; with several inputs, an existing
+            folder for their pages and an index.html of them.
         json: Print one JSON object per mesh.
         threads: CPU threads of the network; as many as cores if not given.
     """
@@ -131,6 +133,26 @@ class CompareOptions:
 
 
 @dataclass(frozen=True)
+class ViewOptions:
+    """Show meshes in 3D, side by side, in a page that opens in the browser.
+
+    Examples:
+        dnf-pyg view scan.ply
+        dnf-pyg view noisy.obj denoised.obj -o page.html
+
+    Args:
+        input: Meshes (obj, ply, stl, off, glb, gltf).
+        output: HTML page to write, which then is not opened. A temporary file if not given.
+        overwrite: Replace the page if it exists.
+    """
+
+    input: tuple[Path, ...]
+    _: KW_ONLY
+    output: Path | None = None
+    overwrite: bool = False
+
+
+@dataclass(frozen=True)
 class WeightsOptions:
     """List the packaged weights and verify their checksums.
 
@@ -170,62 +192,6 @@ class ExportOptions:
 
 
 @dataclass(frozen=True)
-class AddNoiseOptions:
-    """Add noise to a clean mesh.
-
-    Examples:
-        dnf-pyg add-noise clean.obj -o noisy.obj --level 0.3
-
-    Args:
-        clean: Mesh to add noise to (obj, ply, stl, off, glb, gltf).
-        output: Mesh to write.
-        overwrite: Replace the output if it exists.
-        kind: Noise model.
-        level: Standard deviation, in mean edge lengths.
-        seed: The same seed gives the same noise.
-    """
-
-    clean: Path
-    _: KW_ONLY
-    output: Path
-    overwrite: bool = False
-    kind: str = field(default="gaussian", metadata={"choices": "dnf_pyg.mesh.noise:NOISE_KINDS"})
-    level: float = 0.2
-    seed: int = 0
-
-    def __post_init__(self) -> None:
-        check_range("level", self.level, float, 0, float("inf"))
-        check_range("seed", self.seed, int, 0, 2**63 - 1)
-
-
-@dataclass(frozen=True)
-class MakeShapeOptions:
-    """Make a clean mesh in code, to try things on.
-
-    Examples:
-        dnf-pyg make-shape bracket -o clean.obj --faces 20000 --seed 2
-
-    Args:
-        kind: Kind of shape; its details are drawn at random.
-        output: Mesh to write.
-        overwrite: Replace the output if it exists.
-        faces: Approximate number of faces.
-        seed: The same seed gives the same mesh.
-    """
-
-    kind: str = field(metadata={"choices": "dnf_pyg.synthetic.shapes:SHAPES"})
-    _: KW_ONLY
-    output: Path
-    overwrite: bool = False
-    faces: int = 8000
-    seed: int = 0
-
-    def __post_init__(self) -> None:
-        check_range("faces", self.faces, int, 1, float("inf"))
-        check_range("seed", self.seed, int, 0, 2**63 - 1)
-
-
-@dataclass(frozen=True)
 class ConfigsOptions:
     """List the packaged configs, print one, or copy one to edit it.
 
@@ -241,3 +207,17 @@ class ConfigsOptions:
     name: str | None = None
     _: KW_ONLY
     output: Path | None = None
+
+
+@dataclass(frozen=True)
+class CompletionOptions:
+    """Print a script for the shell that completes commands and options when Tab is pressed.
+
+    Examples:
+        eval "$(dnf-pyg completion bash)"
+
+    Args:
+        shell: Shell that reads it.
+    """
+
+    shell: Literal["bash", "zsh"]

@@ -7,7 +7,7 @@ from typing import Any
 from dnf_pyg.commands.compare import measure
 from dnf_pyg.evaluate.metrics import mean_angular_difference
 from dnf_pyg.io import MeshFile
-from dnf_pyg.mesh.geometry import face_normals, mean_edge_length
+from dnf_pyg.mesh.geometry import face_normals
 from dnf_pyg.pipeline import DenoiseResult
 
 __all__ = ["Outcome", "outcome_figures", "outcome_text"]
@@ -34,17 +34,20 @@ class Outcome:
     def values(self) -> dict[str, Any]:
         """Figures as plain numbers."""
         mesh, result = self.mesh, self.result
-        moved = (result.pos - mesh.pos).norm(dim=1) / mean_edge_length(mesh.pos, mesh.face).clamp(min=1e-300)
+        moved = result.movement
         values: dict[str, Any] = {
             "input": str(mesh.path),
             "output": str(self.output),
             "num_vertices": len(mesh.pos),
             "num_faces": mesh.face.size(1),
-            "noise_level": result.noise_level,
+            "noise_level": result.noise.level,
+            "noise_correlation": result.noise.correlation,
             "mean_move": float(moved.mean()),
             "largest_move": float(moved.max()),
             "flipped_before": result.flipped_before,
             "flipped_after": result.flipped_after,
+            "num_iterations": result.num_iterations,
+            "ended_by": result.ended_by,
             "mean_coverage": float(result.coverage.double().mean()),
             "mean_confidence": float(result.confidence.double().mean()),
             "seconds": {**result.seconds, "total": self.seconds},
@@ -62,7 +65,8 @@ def outcome_text(values: dict[str, Any]) -> list[str]:
     """Lines for the terminal, from :meth:`Outcome.values`."""
     lines = [
         f"{values['output']}: {values['num_faces']} faces in {values['seconds']['total']:.1f} s; in mean edge lengths, "
-        f"noise level about {values['noise_level']:.2f}, vertices moved by {values['mean_move']:.2f} on average"
+        f"noise level about {values['noise_level']:.2f}, vertices moved by {values['mean_move']:.2f} on average",
+        f"vertex update of {values['num_iterations']} iterations: {values['ended_by']}",
     ]
     if "before" in values:
         lines += [
@@ -73,7 +77,7 @@ def outcome_text(values: dict[str, Any]) -> list[str]:
     return lines
 
 
-def outcome_figures(values: dict[str, Any]) -> dict[str, tuple[str, ...]]:
+def outcome_figures(values: dict[str, Any], result: DenoiseResult) -> dict[str, tuple[str, ...]]:
     """Rows for the page, from :meth:`Outcome.values`."""
     rows: dict[str, tuple[str, ...]] = {}
     if "before" in values:
@@ -82,11 +86,4 @@ def outcome_figures(values: dict[str, Any]) -> dict[str, tuple[str, ...]]:
         rows["Vertex error Eᵥ (mean edge lengths)"] = tuple(f"{side['vertex_error']:.3f}" for side in (before, after))
         for angle in (5, 10):
             rows[f"Faces within {angle}°"] = tuple(f"{side[f'within_{angle}_degrees']:.1%}" for side in (before, after))
-    rows["Faces folded over"] = (str(values["flipped_before"]), str(values["flipped_after"]))
-    rows["Noise level (estimate, mean edge lengths)"] = (f"{values['noise_level']:.3f}",)
-    rows["Displacement, mean (mean edge lengths)"] = (f"{values['mean_move']:.3f}",)
-    rows["Displacement, largest"] = (f"{values['largest_move']:.3f}",)
-    rows["Patches per face"] = (f"{values['mean_coverage']:.2f}",)
-    rows["Agreement of overlapping patches"] = (f"{values['mean_confidence']:.1%}",)
-    rows["Time"] = (f"{values['seconds']['total']:.1f} s",)
-    return rows
+    return rows | result.figures() | {"Time": (f"{values['seconds']['total']:.1f} s",)}

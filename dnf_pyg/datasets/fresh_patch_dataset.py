@@ -38,7 +38,8 @@ class FreshPatchDataset(MeshDataset):
         pos, face, member = self._region(entry, wider.numpy(), mesh, generator)
         patch = self._extractor(pos, face).extract(0)
         clean_normal = torch.from_numpy(entry["clean_normal"][member.numpy()])
-        data = patch_to_data(patch, FaceFeatures.from_mesh(pos, face), clean_normal)
+        earlier = torch.from_numpy(entry["earlier"][member.numpy()]) if "earlier" in entry else None
+        data = patch_to_data(patch, FaceFeatures.from_mesh(pos, face, earlier), clean_normal)
         data.face_id = member[data.face_id]
         return data
 

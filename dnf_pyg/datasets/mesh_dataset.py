@@ -22,9 +22,10 @@ from dnf_pyg.patches.options import PatchOptions
 from dnf_pyg.patches.patch import FaceFeatures, PatchExtractor
 from dnf_pyg.patches.seeds import AnisotropicSeeds
 
-__all__ = ["Arrays", "MeshDataset"]
+__all__ = ["Arrays", "MeshDataset", "Refine"]
 
 Arrays = dict[str, NDArray]
+Refine = Callable[[Tensor, Tensor], tuple[Tensor, Tensor]]
 
 
 class MeshDataset(Dataset, ABC):
@@ -43,10 +44,13 @@ class MeshDataset(Dataset, ABC):
         noise_seed: Draw the noise of every item from this seed, the same each time (validation); a new one each time
             if not given.
         num_workers: Threads that prepare the meshes.
+        refine: Gives what earlier networks make of a noisy mesh (V, 3) and (3, F): its positions (V, 3) and further
+            facet normals (F, M, 3), the attribute ``earlier`` of the patches. Its ``repr`` enters the names of the
+            folders.
 
     Raises:
         DataError: If there is no pair, a file is missing, a pair does not match, or a clean mesh comes without noisy
-            file and ``noise``.
+            file and ``noise``, or without noisy file and with ``refine``.
         ValueError: If ``noise_level`` is out of range.
     """
 
@@ -61,6 +65,7 @@ class MeshDataset(Dataset, ABC):
         noise_level: tuple[float, float] = (0.1, 0.3),
         noise_seed: int | None = None,
         num_workers: int = 2,
+        refine: Refine | None = None,
     ) -> None:
         if not pairs:
             raise DataError("Expected at least one mesh (got none). Check the folder that the meshes are listed from.")
@@ -73,6 +78,11 @@ class MeshDataset(Dataset, ABC):
             raise DataError(
                 f"Expected 'noise' for a clean mesh without a noisy one (got None for '{alone}'). Name a noise model."
             )
+        if refine is not None and alone:
+            raise DataError(
+                f"Expected a noisy file of each mesh that is refined (got none for '{alone}'). Add noise to the mesh "
+                "with `dnf-pyg add-noise`."
+            )
         if not 0 <= noise_level[0] <= noise_level[1]:
             raise ValueError(
                 f"Expected 'noise_level' as 0 <= smallest <= largest (got {noise_level}). Put the smaller level first."
@@ -83,6 +93,7 @@ class MeshDataset(Dataset, ABC):
         self.noise_level = noise_level
         self.noise_seed = noise_seed
         self.num_workers = num_workers
+        self.refine = refine
         self._names: list[str] | None = None
         self._entries: dict[int, Arrays] = {}
         super().__init__(str(root), transform=transform, log=False)
@@ -101,7 +112,7 @@ class MeshDataset(Dataset, ABC):
     def processed_file_names(self) -> list[str]:
         """Folder of each pair, named after everything that shapes it."""
         if self._names is None:
-            parameters = self._parameters()
+            parameters = self._parameters() | ({} if self.refine is None else {"refine": repr(self.refine)})
             self._names = [name_entry([path for path in pair if path], parameters) for pair in self.pairs]
         return self._names
 
@@ -140,19 +151,22 @@ class MeshDataset(Dataset, ABC):
                 f"Expected the same faces in the same order in '{noisy_path}' and '{clean_path}' "
                 f"(got {mesh.face.size(1)} and {clean.face.size(1)} faces). Export both from the same mesh."
             )
-        extractor = self._extractor(mesh.pos, mesh.face)
-        normal = filled_face_normals(mesh.pos, mesh.face)
+        pos, earlier = (mesh.pos, None) if self.refine is None else self.refine(mesh.pos, mesh.face)
+        extractor = self._extractor(pos, mesh.face)
+        normal = filled_face_normals(pos, mesh.face)
         arrays = self._arrays(row, extractor, normal, mesh.face)
         arrays["clean_normal"] = filled_face_normals(clean.pos, clean.face).float().numpy()
         if self._needs_mesh(row):
-            unit = float(mean_edge_length(mesh.pos, mesh.face)) or 1.0
-            arrays["pos"] = ((mesh.pos - mesh.pos.mean(dim=0)) / unit).float().numpy()
+            unit = float(mean_edge_length(pos, mesh.face)) or 1.0
+            arrays["pos"] = ((pos - pos.mean(dim=0)) / unit).float().numpy()
             arrays["face"] = mesh.face.t().int().numpy()
             arrays["ptr"] = extractor.graph.ptr
             arrays["neighbor"] = extractor.graph.neighbor
+            if earlier is not None:
+                arrays["earlier"] = earlier.float().numpy()
         else:
-            features = FaceFeatures.from_mesh(mesh.pos - mesh.pos.mean(dim=0), mesh.face)
-            arrays |= {name: value.float().numpy() for name, value in features._asdict().items()}
+            features = FaceFeatures.from_mesh(pos - pos.mean(dim=0), mesh.face, earlier)
+            arrays |= {name: value.float().numpy() for name, value in features._asdict().items() if value is not None}
         write_entry(Path(self.processed_paths[row]), arrays)
 
     def _extractor(self, pos: Tensor, face: Tensor) -> PatchExtractor:

@@ -31,7 +31,8 @@ class PatchDataset(MeshDataset):
             pos, face, _ = self._region(entry, face_id, mesh, self._generator(idx))
             features = FaceFeatures.from_mesh(pos, face)
         else:
-            features = FaceFeatures(*(torch.from_numpy(entry[name][face_id]) for name in FaceFeatures._fields))
+            stored = [name for name in FaceFeatures._fields if name in entry]
+            features = FaceFeatures(**{name: torch.from_numpy(entry[name][face_id]) for name in stored})
         neighbor = torch.from_numpy(entry["nearest"][row, :size, :size].copy())
         distance = torch.from_numpy(entry["distance"][row, :size].copy())
         clean_normal = torch.from_numpy(entry["clean_normal"][face_id])

@@ -87,7 +87,9 @@ def write_files(files: Mapping[Path, bytes], new: Collection[Path] = ()) -> None
         raise
     except OSError as error:
         reason = f"Expected to be able to write '{path}' (got {error.strerror})"
-        raise OutputError(f"{reason}. Free some space or choose another place.") from error
+        in_use = isinstance(error, PermissionError)  # Windows replaces no file that a program has open
+        remedy = "Close the programs that have it open" if in_use else "Free some space"
+        raise OutputError(f"{reason}. {remedy} or choose another place.") from error
     finally:
         for draft in drafts.values():
             with contextlib.suppress(FileNotFoundError):

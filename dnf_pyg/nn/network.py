@@ -3,7 +3,7 @@
 import inspect
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from typing import Any, ClassVar
+from typing import Any
 
 from torch import Tensor
 from torch.nn import Module
@@ -22,12 +22,9 @@ Stage = tuple[Tensor, Tensor]
 class FilteringNetwork(Module, Pretrained, ABC):
     """Base of the networks: filter the facet normals of a batch of patches.
 
-    Subclasses list the attributes of a patch that they take in ``inputs`` and implement :meth:`stages` with keyword
+    Subclasses list the attributes of a patch that they take in :attr:`inputs` and implement :meth:`stages` with keyword
     arguments of these names. Every constructor argument is kept as an attribute of the same name.
     """
-
-    inputs: ClassVar[tuple[str, ...]] = ("x", "edge_index", "edge_attr", "batch")
-    """Attributes of a batch of patches that the network takes, by name."""
 
     k: tuple[int, ...]
     """Neighbours per face on each level; a patch needs the ranks below ``max(k)``."""
@@ -38,6 +35,16 @@ class FilteringNetwork(Module, Pretrained, ABC):
     def __init_subclass__(cls) -> None:
         super().__init_subclass__()
         NETWORKS[cls.__name__] = cls
+
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        """Attributes of a batch of patches that the network takes, by name."""
+        return ("x", "edge_index", "edge_attr", "batch")
+
+    @property
+    def networks(self) -> list["FilteringNetwork"]:
+        """The network itself, as a :class:`~dnf_pyg.nn.Cascade` of one."""
+        return [self]
 
     @property
     def arguments(self) -> dict[str, Any]:

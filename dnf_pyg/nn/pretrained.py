@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Self, cast
 
@@ -9,9 +10,10 @@ from safetensors import SafetensorError
 from safetensors.torch import load, save_file
 
 from dnf_pyg.errors import WeightsError
-from dnf_pyg.nn.config import build_network, describe_network
+from dnf_pyg.nn.config import build_networks, describe_networks
 
 if TYPE_CHECKING:
+    from dnf_pyg.nn.cascade import Cascade
     from dnf_pyg.nn.network import FilteringNetwork
 
 __all__ = ["Pretrained", "download_folder", "packaged_weights", "read_folder"]
@@ -26,8 +28,8 @@ def packaged_weights() -> dict[str, Path]:
     return {path.parent.name: path.parent for path in sorted(_PACKAGED.glob(f"*/{_TENSORS}"))}
 
 
-def read_folder(folder: Path) -> "FilteringNetwork":
-    """Read a network from a folder. No code in a file is ever run.
+def read_folder(folder: Path) -> list["FilteringNetwork"]:
+    """Read the networks of a folder: one, or those of a cascade. No code in a file is ever run.
 
     Raises:
         WeightsError: If a file is missing or damaged, describes no network, or differs from the checksum of a release.
@@ -54,7 +56,7 @@ def read_folder(folder: Path) -> "FilteringNetwork":
             f"Expected tensors with the sha256 of their release, {expected} (got {found} in '{folder}'). Copy the "
             "weights again."
         )
-    return build_network(description, state, str(folder))
+    return build_networks(description, state, str(folder))
 
 
 def download_folder(repo_id: str, revision: str | None = None) -> Path:
@@ -82,8 +84,13 @@ class Pretrained:
     """Mixin of networks that are written to and read from folders, and shared on the Hugging Face hub.
 
     ``config.json`` holds the version of the format, the class of the network, its constructor arguments and the noise
-    levels of its training data; ``model.safetensors`` holds the tensors.
+    levels of its training data, for a cascade those of each network; ``model.safetensors`` holds the tensors.
     """
+
+    @classmethod
+    def of_networks(cls, networks: Sequence["FilteringNetwork"]) -> Self | None:
+        """Take the networks of a folder as an object of this class; ``None`` where they are something else."""
+        return networks[0] if len(networks) == 1 and isinstance(networks[0], cls) else None
 
     def save_pretrained(self, folder: str | Path) -> None:
         """Write the network into a folder, which is made if it does not exist.
@@ -91,11 +98,13 @@ class Pretrained:
         Raises:
             WeightsError: If the folder cannot be written.
         """
-        net, folder = cast("FilteringNetwork", self), Path(folder)
+        net, folder = cast("FilteringNetwork | Cascade", self), Path(folder)
         try:
             folder.mkdir(parents=True, exist_ok=True)
             save_file({name: value.contiguous() for name, value in net.state_dict().items()}, folder / _TENSORS)
-            (folder / _CONFIG).write_text(json.dumps(describe_network(net), indent=1) + "\n", encoding="utf-8")
+            (folder / _CONFIG).write_text(
+                json.dumps(describe_networks(net.networks), indent=1) + "\n", encoding="utf-8"
+            )
         except OSError as error:
             raise WeightsError(
                 f"Expected a folder that can be written (got '{folder}': {error.strerror}). Choose another one."
@@ -116,13 +125,14 @@ class Pretrained:
             WeightsError: If there are no such weights, or they are damaged or of another class.
         """
         folder = packaged_weights().get(str(name), Path(name))
-        net = read_folder(folder if folder.is_dir() else download_folder(str(name), revision))
-        if not isinstance(net, cls):
+        networks = read_folder(folder if folder.is_dir() else download_folder(str(name), revision))
+        found = cls.of_networks(networks)
+        if found is None:
+            kind = "Cascade" if len(networks) > 1 else type(networks[0]).__name__
             raise WeightsError(
-                f"Expected weights of a {cls.__name__} (got '{name}', a {type(net).__name__}). Call "
-                f"`{type(net).__name__}.from_pretrained`."
+                f"Expected weights of a {cls.__name__} (got '{name}', a {kind}). Call `{kind}.from_pretrained`."
             )
-        return net
+        return found
 
     def push_to_hub(self, repo_id: str, folder: str | Path, commit_message: str | None = None) -> None:
         """Write the network into a folder and upload the folder to a repository of the Hugging Face hub.

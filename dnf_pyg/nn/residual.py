@@ -17,6 +17,7 @@ class ResidualUnit(Module):
 
     with the :math:`k` faces :math:`\mathcal{N}_x(i)` of the same patch that are nearest in feature space.
     Source: Li et al. 2020, Sec. 3.3.2 and Fig. 7.
+    Differs: the paper's text groups the features of the neighbours, the authors' code their differences, as here.
 
     Args:
         channels: Features per face, on input and output.

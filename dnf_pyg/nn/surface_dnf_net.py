@@ -1,7 +1,6 @@
 """Deep normal filtering network that sees the surface."""
 
 from collections.abc import Sequence
-from typing import ClassVar
 
 import torch
 from torch import Tensor
@@ -31,6 +30,10 @@ class SurfaceDNFNet(FilteringNetwork):
     - A learned bilateral filter (:class:`~dnf_pyg.nn.JointBilateralConv`) over the ``k[0]`` nearest faces refines the
       normals of the last unit. It is a stage of its own, with a residual of no channels.
 
+    As a later network of a :class:`~dnf_pyg.nn.Cascade`, it sees the mesh that the networks before it made, and
+    ``num_earlier`` further normals of each face: those that the last one found, and those of the noisy mesh. Its heads
+    may choose among all of them.
+
     Args:
         k: Neighbours per face on each level of the embedding.
         num_units: Number of residual learning units.
@@ -38,11 +41,13 @@ class SurfaceDNFNet(FilteringNetwork):
         channels: Features per face after each level of the embedding.
         embedding_channels: Features per face after the embedding.
         bilateral_iterations: Number of iterations of the bilateral filter.
+        num_earlier: Number of further normals N of each face.
 
     Shapes:
         - **x:** :math:`(F, 3)`, facet normals, unit length
         - **pos:** :math:`(F, 3)`, face centroids, any unit
         - **area:** :math:`(F)`, face areas, the square of that unit
+        - **earlier:** :math:`(F, N, 3)`, further normals, unit length; ``None`` without them
         - **edge_index**, **edge_attr**, **batch**, **output:** as for :class:`~dnf_pyg.nn.DNFNet`
 
     Raises:
@@ -55,8 +60,6 @@ class SurfaceDNFNet(FilteringNetwork):
         torch.Size([3, 3])
     """
 
-    inputs: ClassVar[tuple[str, ...]] = ("x", "pos", "area", "edge_index", "edge_attr", "batch")
-
     def __init__(
         self,
         k: Sequence[int] = (10, 24, 40),
@@ -65,6 +68,7 @@ class SurfaceDNFNet(FilteringNetwork):
         channels: Sequence[int] = (64, 128, 128),
         embedding_channels: int = 128,
         bilateral_iterations: int = 12,
+        num_earlier: int = 0,
     ) -> None:
         super().__init__()
         for name, value in (("num_units", num_units), ("bilateral_iterations", bilateral_iterations)):
@@ -76,10 +80,18 @@ class SurfaceDNFNet(FilteringNetwork):
         self.channels = tuple(channels)
         self.embedding_channels = embedding_channels
         self.bilateral_iterations = bilateral_iterations
-        self.embedding = SurfaceEmbedding(k, channels, embedding_channels)
+        self.num_earlier = num_earlier
+        self.embedding = SurfaceEmbedding(k, channels, embedding_channels, in_channels=4 + 3 * num_earlier)
         self.units = ModuleList(ResidualUnit(embedding_channels, residual_k) for _ in range(num_units))
-        self.heads = ModuleList(NormalHead(embedding_channels) for _ in range(num_units))
+        num_candidates = 1 + num_earlier if num_earlier else 0
+        self.heads = ModuleList(NormalHead(embedding_channels, num_candidates) for _ in range(num_units))
         self.bilateral = JointBilateralConv(embedding_channels, num_iterations=bilateral_iterations)
+
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        """Attributes of a batch of patches that the network takes, by name."""
+        given = ("x", "pos", "area", "edge_index", "edge_attr", "batch")
+        return (*given, "earlier") if self.num_earlier else given
 
     def reset_parameters(self) -> None:
         """Draw new weights."""
@@ -94,18 +106,21 @@ class SurfaceDNFNet(FilteringNetwork):
         edge_index: Tensor | Sequence[Adj],
         edge_attr: Tensor | None = None,
         batch: Tensor | None = None,
+        earlier: Tensor | None = None,
     ) -> list[Stage]:
         """Compute the filtered normals (F, 3) and the residual (F, C) of every unit and of the bilateral filter."""
         frame = patch_frames(x, batch)
         frame = frame if batch is None else frame[batch]  # (F, 3, 3)
         place, area = patch_surface(pos, area, batch)
         edges = edges_per_level(edge_index, edge_attr, self.k)
-        seen = torch.cat([in_frame(x, frame), area.log(), in_frame(place, frame)], dim=1)
+        normals = [in_frame(normal, frame) for normal in (x, *(() if earlier is None else earlier.unbind(dim=1)))]
+        candidates = None if earlier is None else torch.stack(normals, dim=1)
+        seen = torch.cat([normals[0], area.log(), *normals[1:], in_frame(place, frame)], dim=1)
         features = self.embedding(seen, edges, batch=batch)
         stages: list[Stage] = []
         for unit, head in zip(self.units, self.heads, strict=True):
             residual = unit(features, batch)
             features = features - residual
-            stages.append((out_of_frame(head(features), frame), residual))
+            stages.append((out_of_frame(head(features, candidates), frame), residual))
         refined = self.bilateral(stages[-1][0], features, edges[0], area)
         return [*stages, (refined, features[:, :0])]

@@ -22,10 +22,11 @@ class SurfaceEmbedding(MultiScaleEmbedding):
         k: Neighbours per face on each level.
         channels: Features per face after each level.
         out_channels: Features per face after fusing.
+        in_channels: Features per face on input, without the centroid.
 
     Shapes:
-        - **x:** :math:`(F, 7)`, facet normal, logarithm of the relative area, and centroid in units of the patch
-          (:func:`~dnf_pyg.nn.surface.patch_surface`)
+        - **x:** :math:`(F, C_{in} + 3)`, facet normal, logarithm of the relative area and further features, and last
+          the centroid in units of the patch (:func:`~dnf_pyg.nn.surface.patch_surface`)
 
     Example:
         >>> embedding = SurfaceEmbedding(k=(1, 2), channels=(8, 16), out_channels=4)
@@ -34,8 +35,8 @@ class SurfaceEmbedding(MultiScaleEmbedding):
         torch.Size([2, 4])
     """
 
-    def __init__(self, k: Sequence[int], channels: Sequence[int], out_channels: int) -> None:
-        super().__init__(k, channels, out_channels, in_channels=4)
+    def __init__(self, k: Sequence[int], channels: Sequence[int], out_channels: int, in_channels: int = 4) -> None:
+        super().__init__(k, channels, out_channels, in_channels=in_channels)
 
     @property
     def input_channels(self) -> int:

@@ -7,6 +7,7 @@ attribute               shape             meaning
 ``y``                   (N, 3) float32    facet normals of the clean mesh, unit length (training only)
 ``pos``                 (N, 3) float32    face centroids, relative to that of the seed face; model units
 ``area``                (N,) float32      face areas, squared model units
+``earlier``             (N, M, 3)         further facet normals, for the later networks of a cascade
 ``edge_index``          (2, E) long       nearest face (row 0) and centre (row 1)
 ``edge_attr``           (E,) long         rank of the nearest face by geodesic distance from its centre; 0 is the
                                           centre itself
@@ -130,27 +131,31 @@ class FaceFeatures(NamedTuple):
         normal: Facet normals, shape (F, 3), unit length.
         centroid: Face centroids, shape (F, 3), model units.
         area: Face areas, shape (F,), squared model units.
+        earlier: Further facet normals, shape (F, M, 3): see :class:`~dnf_pyg.nn.Cascade`.
     """
 
     normal: Tensor
     centroid: Tensor
     area: Tensor
+    earlier: Tensor | None = None
 
     @classmethod
-    def from_mesh(cls, pos: Tensor, face: Tensor) -> "FaceFeatures":
-        """Compute the features of a mesh, pos (V, 3) and face (3, F).
+    def from_mesh(cls, pos: Tensor, face: Tensor, earlier: Tensor | None = None) -> "FaceFeatures":
+        """Compute the features of a mesh, pos (V, 3) and face (3, F), with further normals (F, M, 3).
 
         Faces without an area take the normal of their surroundings (:func:`~dnf_pyg.mesh.filled_face_normals`).
 
         Example:
             >>> FaceFeatures.from_mesh(torch.tensor([[0.0, 0, 0], [3, 0, 0], [0, 2, 0]]), torch.tensor([[0], [1], [2]]))
-            FaceFeatures(normal=tensor([[0., 0., 1.]]), centroid=tensor([[1.0000, 0.6667, 0.0000]]), area=tensor([3.]))
+            FaceFeatures(normal=tensor([[0., 0., 1.]]), centroid=..., area=tensor([3.]), earlier=None)
         """
-        return cls(filled_face_normals(pos, face), face_centroids(pos, face), face_areas(pos, face))
+        return cls(filled_face_normals(pos, face), face_centroids(pos, face), face_areas(pos, face), earlier)
 
 
 def patch_to_data(patch: Patch, features: FaceFeatures, clean_normal: Tensor | None = None) -> Data:
     """Make the PyG ``Data`` of a patch, with the attributes that are listed at the top of this module.
+
+    Differs: the clean normals are those of the same faces; the paper grows another patch on the clean mesh.
 
     Args:
         patch: Patch of the mesh.
@@ -203,7 +208,7 @@ def patches_to_data(patches: Sequence[Patch], features: FaceFeatures) -> Data:
         edge_index, rank = edge_index[:, known], rank[known]
     face_id = torch.cat([patch.face_id for patch in patches])
     centroid = features.centroid[face_id]
-    return Data(
+    data = Data(
         x=features.normal[face_id].float(),
         pos=(centroid - centroid[first][batch]).float(),
         area=features.area[face_id].float(),
@@ -214,3 +219,6 @@ def patches_to_data(patches: Sequence[Patch], features: FaceFeatures) -> Data:
         seed_index=first,
         batch=batch,
     )
+    if features.earlier is not None:
+        data.earlier = features.earlier[face_id].float()
+    return data

@@ -10,7 +10,8 @@ __all__ = ["RandomRotation"]
 class RandomRotation(BaseTransform):
     """Rotate ``x``, ``y`` and ``pos`` by one random rotation, uniform over all rotations.
 
-    Source: Li et al. 2020, Sec. 3.2 (data augmentation).
+    Source: Li et al. 2020, Sec. 3.5 (data augmentation).
+    Differs: the authors' code rotates about the z axis only.
 
     Args:
         generator: Source of randomness; the default of torch if not given.

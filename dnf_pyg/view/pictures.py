@@ -16,6 +16,7 @@ from torch import Tensor
 from dnf_pyg.io.atomic import write_bytes
 from dnf_pyg.mesh.geometry import angular_difference, face_normals
 from dnf_pyg.view.camera import Camera
+from dnf_pyg.view.movement import scale_end, signed_movement
 from dnf_pyg.view.raster import render
 
 __all__ = ["draw_faces", "draw_meshes", "normal_error", "save_figure"]
@@ -81,6 +82,7 @@ def draw_meshes(
     meshes: Mapping[str, tuple[Tensor, Tensor]],
     reference: tuple[Tensor, Tensor] | None = None,
     *,
+    moved: tuple[str, str] | None = None,
     max_error: float = 30.0,
     size: int = 480,
     camera: Camera | None = None,
@@ -91,6 +93,9 @@ def draw_meshes(
         path: Picture to write (png), a file or a stream.
         meshes: Positions (V, 3) and faces (3, F) of each mesh by its title, from left to right.
         reference: Clean mesh; meshes with the same faces get an error map against it.
+        moved: Titles of two meshes with the same faces. One more picture, in the place of the error map of the
+            reference itself if that is among the meshes, shows how far the vertices moved outwards (red) and inwards
+            (blue) from the first to the second.
         max_error: Error at the end of the colour scale, degrees.
         size: Pixels per side of each mesh.
         camera: Where the meshes are seen from; by default :meth:`Camera.choose` decides.
@@ -102,27 +107,46 @@ def draw_meshes(
     if not meshes:
         raise ValueError("Expected 'meshes' with at least one mesh (got none). Pass positions and faces by title.")
     camera = camera or Camera.choose(*meshes.values())
-    scale = None
-    rows = 1 if reference is None else 2
+    spare = [i for i, (pos, _) in enumerate(meshes.values()) if reference and torch.equal(pos, reference[0])][:1]
+    rows, columns = (1 if reference is None else 2), len(meshes) + (moved is not None and not spare)
     inch = size / 100
-    width = inch * len(meshes) + (0.9 if reference else 0)
-    figure = Figure(figsize=(width, (inch + 0.35) * rows), dpi=100)
-    axes = figure.subplots(rows, len(meshes), squeeze=False)
-    figure.subplots_adjust(0.005, 0.005, 1 - 0.85 / width if reference else 0.995, 0.93, 0.01, 0.1)
+    width, font = inch * columns + (1.0 if reference else 0), min(8 + size / 80, 15)
+    height = (inch + 0.4) * rows
+    figure = Figure(figsize=(width, height), dpi=100)
+    axes = figure.subplots(rows, columns, squeeze=False)
+    right = 1 - 0.95 / width if reference else 0.995
+    figure.subplots_adjust(0.005, 0.005, right, 1 - 0.4 / height, 0.01, 0.4 / inch)
     for axis in axes.flat:
         axis.set_axis_off()
+    scale = None
     for column, (title, (pos, face)) in enumerate(meshes.items()):
         draw_faces(axes[0, column], pos, face, camera=camera, size=size)
-        axes[0, column].set_title(title, parse_math=False)
+        axes[0, column].set_title(title, parse_math=False, fontsize=font)
+        if moved is not None and column in spare:
+            continue
         if reference is not None and torch.equal(reference[1], face):
             error = normal_error(pos, reference[0], face)
             axis, limits = axes[1, column], (0.0, max_error)
             scale = draw_faces(axis, pos, face, error, colors="YlOrRd", limits=limits, camera=camera, size=size)
-            axis.set_title(f"mean error {error.mean():.2f}°")
+            axis.set_title(f"mean error {error.mean():.2f}°", fontsize=font)
     if scale is not None:
-        bar = figure.add_axes((1 - 0.75 / width, 0.05, 0.2 / width, 0.36))
-        figure.colorbar(scale, cax=bar, extend="max", label="error of the facet normal (degrees)")
+        bar = figure.colorbar(scale, cax=figure.add_axes((1 - 0.85 / width, 0.05, 0.2 / width, 0.36)), extend="max")
+        bar.set_label("error of the facet normal (degrees)", fontsize=0.8 * font)
+    if moved is not None:
+        (before, face), (after, _) = (meshes[title] for title in moved)
+        _draw_movement(axes[1, spare[0]] if spare else axes[0, -1], before, after, face, camera, size, font)
     save_figure(figure, path)
+
+
+def _draw_movement(
+    axis: Axes, before: Tensor, after: Tensor, face: Tensor, camera: Camera, size: int, font: float
+) -> None:
+    value = signed_movement(before, after, face)[face].mean(dim=0)
+    end = scale_end(value)
+    scale = draw_faces(axis, after, face, value, colors="RdBu_r", limits=(-end, end), camera=camera, size=size)
+    axis.set_title("moved out (red), in (blue)", fontsize=font)
+    bar = axis.figure.colorbar(scale, cax=axis.inset_axes((0.25, 0.06, 0.5, 0.025)), orientation="horizontal")
+    bar.set_ticks([-end, 0, end], labels=[f"{-end:g}", "0", f"{end:g} mean edge lengths"], fontsize=0.7 * font)
 
 
 def save_figure(figure: Figure, path: str | Path | BinaryIO) -> None:

@@ -9,18 +9,18 @@ import torch
 from torch import Tensor
 
 from dnf_pyg.errors import WeightsError
-from dnf_pyg.nn import FilteringNetwork
+from dnf_pyg.nn import Cascade, FilteringNetwork
 from dnf_pyg.nn.config import build_network, check_noise_range
 from dnf_pyg.nn.pretrained import download_folder, packaged_weights, read_folder
 from dnf_pyg.options import DEFAULT_WEIGHTS
 
-__all__ = ["DEFAULT_WEIGHTS", "copy_weights", "load_network", "network_tensors", "read_checkpoint"]
+__all__ = ["DEFAULT_WEIGHTS", "copy_weights", "load_cascade", "load_network", "network_tensors", "read_checkpoint"]
 
 _HUB = "hf://"
 
 
-def load_network(weights: str | Path, data_set: str | None = None) -> FilteringNetwork:
-    """Load a network in evaluation mode. No code in a file is ever run.
+def load_cascade(weights: str | Path, data_set: str | None = None) -> Cascade:
+    """Load networks in evaluation mode: those of a cascade, or a single one. No code in a file is ever run.
 
     Args:
         weights: Name of packaged weights, a folder with ``config.json`` and ``model.safetensors``
@@ -30,14 +30,14 @@ def load_network(weights: str | Path, data_set: str | None = None) -> FilteringN
             checkpoint of a training that kept those of several.
 
     Returns:
-        The network, on the CPU.
+        The networks, on the CPU.
 
     Raises:
         WeightsError: If there are no such weights, the file is damaged, holds code or fits no network, or
             ``data_set`` is missing or unknown.
 
     Example:
-        >>> load_network("nothing")
+        >>> load_cascade("nothing")
         Traceback (most recent call last):
         dnf_pyg.errors.WeightsError: Expected packaged weights (...), a folder, a checkpoint or hf://user/name (got ...
     """
@@ -47,18 +47,33 @@ def load_network(weights: str | Path, data_set: str | None = None) -> FilteringN
     elif name in packaged_weights():
         path = packaged_weights()[name]
     if path.is_file():
-        return _from_checkpoint(path, data_set)
+        return Cascade.of_networks([_from_checkpoint(path, data_set)])
     if path.is_dir():
         if data_set is not None:
             raise WeightsError(
                 f"Expected no 'data_set' with the folder '{path}' (got '{data_set}'). A folder holds the statistics of "
                 "one data set; leave the argument out."
             )
-        return read_folder(path)
+        return Cascade.of_networks(read_folder(path))
     raise WeightsError(
         f"Expected packaged weights ({', '.join(packaged_weights()) or 'none in this build'}), a folder, a checkpoint "
         f"or hf://user/name (got '{weights}'). Check the name, or train weights with `dnf-pyg fit`."
     )
+
+
+def load_network(weights: str | Path, data_set: str | None = None) -> FilteringNetwork:
+    """Load a single network, see :func:`load_cascade`.
+
+    Raises:
+        WeightsError: As there, or if the weights are those of several networks.
+    """
+    networks = load_cascade(weights, data_set).networks
+    if len(networks) > 1:
+        raise WeightsError(
+            f"Expected weights of one network (got '{weights}', a cascade of {len(networks)}). Take "
+            "`dnf_pyg.nn.Cascade.from_pretrained` and one of its networks."
+        )
+    return networks[0]
 
 
 def copy_weights(weights: str | Path, net: FilteringNetwork) -> list[str]:

@@ -13,7 +13,7 @@ from huggingface_hub import ModelCard, ModelCardData
 from dnf_pyg.errors import WeightsError
 
 if TYPE_CHECKING:  # so that releases are listed without torch
-    from dnf_pyg.nn import FilteringNetwork
+    from dnf_pyg.nn import Cascade, FilteringNetwork
 
 __all__ = ["Release", "fingerprint", "packaged_releases", "read_release", "write_release"]
 
@@ -74,22 +74,26 @@ class Release:
     intact: bool
 
 
-def fingerprint(net: "FilteringNetwork") -> str:
-    """Compute 12 hex digits that identify the weights and arguments of a network, whatever file they are in.
+def fingerprint(net: "FilteringNetwork | Cascade") -> str:
+    """Compute 12 hex digits that identify the weights and arguments of networks, whatever file they are in.
 
-    Arguments at their default do not enter, so an argument that is added later leaves old fingerprints as they are.
+    A cascade of one has the fingerprint of its network. Arguments at their default do not enter, so an argument that is
+    added later leaves old fingerprints as they are.
     """
-    default = {key: json.dumps(entry.default) for key, entry in inspect.signature(type(net)).parameters.items()}
-    config = {key: value for key, value in net.arguments.items() if json.dumps(value) != default[key]}
-    digest = hashlib.sha256(type(net).__name__.encode() + json.dumps(config, sort_keys=True).encode())
-    for name, value in sorted(net.state_dict().items()):
+    first, *later = net.networks
+    if later:
+        return hashlib.sha256("".join(map(fingerprint, net.networks)).encode()).hexdigest()[:12]
+    default = {key: json.dumps(entry.default) for key, entry in inspect.signature(type(first)).parameters.items()}
+    config = {key: value for key, value in first.arguments.items() if json.dumps(value) != default[key]}
+    digest = hashlib.sha256(type(first).__name__.encode() + json.dumps(config, sort_keys=True).encode())
+    for name, value in sorted(first.state_dict().items()):
         digest.update(name.encode() + value.cpu().contiguous().numpy().tobytes())
     return digest.hexdigest()[:12]
 
 
 def write_release(
     folder: Path,
-    net: "FilteringNetwork",
+    net: "FilteringNetwork | Cascade",
     *,
     description: str,
     licence: str,
@@ -103,7 +107,7 @@ def write_release(
 
     Args:
         folder: Where to write; its name is that of the weights. Files of an earlier release are replaced.
-        net: The network.
+        net: The network, or the networks of a cascade.
         description: What these weights are for, a paragraph.
         licence: Licence of the weights, an SPDX identifier.
         sources: Training data with licences and credits, markdown.
@@ -130,7 +134,7 @@ def write_release(
             name=folder.name,
             description=description.strip(),
             num_bytes=len(weights),
-            k=max(net.k),
+            k=max(max(part.k) for part in net.networks),
             sources=sources.strip(),
             recipe=recipe.strip(),
             measured=_measured(benchmark),

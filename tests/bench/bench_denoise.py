@@ -21,9 +21,9 @@ from dnf_pyg.nn import DNFNet
 
 STAGES = ("read", "prepare", "patches", "network", "fuse", "update", "write")
 SETTINGS = {
-    "fp32": FilterOptions(),
+    "fp32": FilterOptions(precision="fp32"),
     "bf16": FilterOptions(precision="bf16"),
-    "fast": FAST,
+    "fast": replace(FAST, precision="fp32"),
     "fast bf16": replace(FAST, precision="bf16"),
 }
 BLOCK = Path(__file__).resolve().parents[3] / "shared/data/cnr/Synthetic/test/noisy/block_n2.obj"

@@ -33,9 +33,9 @@ def test_network_baselines_outputs_and_published_in_one_run(data, weights, tmp_p
     words += ["--published", published, "--keep", "box_n2", "--num_iterations", "5"]
     assert run(*words) == 0
     rows = results(out)
-    titles = {"first", "net", "BNF", "GNF", "Taubin", "perfect", "SD oracle"}
+    titles = {"first", "net", "BNF", "GNF", "TV", "L0", "Taubin", "perfect", "SD oracle"}
     assert {method for _, _, method in rows} == titles
-    assert len(rows) == 4 * 6 + 1
+    assert len(rows) == 4 * 8 + 1
     assert float(rows["box", "n1", "perfect"]["theta_deg"]) == 0
     assert float(rows["box", "n1", "perfect"]["vertex_error"]) == 0
     assert 0 < float(rows["box", "n1", "BNF"]["theta_deg"]) < float(rows["box", "n1", "BNF"]["theta_noisy_deg"])

@@ -58,27 +58,11 @@ def test_table_1_from_its_configs_cut_short(data, cnr_folder, tmp_path, monkeypa
         assert main(["fit", "-c", case.runs[-1], "--trainer.accelerator=cpu", *short]) == 0
     assert run("ablation", data, "-o", "out", "--num_iterations", "2") == 0
     rows = {(row["case"], row["mesh"]): row for row in table(tmp_path / "out" / "ablation.csv")}
-    thetas = [float(rows[case, mesh]["theta_deg"]) for case in CASES for mesh in ("cube", "sphere")]
-    assert len(set(thetas)) == 12  # a network of its own in each row
-    assert all(0 < theta < 90 for theta in thetas)
+    thetas = {tuple(float(rows[case, mesh]["theta_deg"]) for mesh in ("cube", "sphere")) for case in CASES}
+    assert len(thetas) == 6  # a network of its own in each row
+    assert all(0 < theta < 90 for of_case in thetas for theta in of_case)
     listed = (tmp_path / "out" / "ablation.md").read_text().partition("## Runs")[2]
     assert [f"runs/{case.runs[-1]}/version_0/checkpoints/best.ckpt" in listed for case in CASES.values()] == [True] * 6
-
-
-def test_scores_of_methods_and_published_figures(data, weights, tmp_path):
-    published = tmp_path / "peers.csv"
-    lines = [
-        f"{mesh},{noise},Peer,{theta}" for mesh, theta in (("Cube", 0.0), ("sphere", 90)) for noise in ("n1", "n2")
-    ]
-    published.write_text("mesh,noise,method,theta_deg\n" + "\n".join(lines))
-    words = [data, "-o", tmp_path / "out", "--weights", weights, "--baselines", "BNF", "--published", published]
-    assert run("scores", *words, "--meshes", "Cube", "sphere") == 0
-    score = {(row["mesh"], row["method"]): float(row["score"]) for row in table(tmp_path / "out" / "scores.csv")}
-    assert {method for _, method in score} == {"net", "BNF", "Peer"}
-    assert score["Cube", "Peer"] == 1
-    assert score["sphere", "Peer"] == 0
-    assert "| mean |" in (tmp_path / "out" / "scores.md").read_text()
-    assert (tmp_path / "out" / "scores.png").stat().st_size > 5000
 
 
 @pytest.mark.parametrize(
@@ -105,6 +89,18 @@ def test_series(data, weights, tmp_path, name, settings):
     assert (tmp_path / "out" / "finished.jsonl").read_text() == finished
 
 
+def test_series_tests_the_network_of_the_paper_and_counts_faces(data, tmp_path):
+    words = ["series", "resolution", data, "-o", tmp_path / "out", "--meshes", "sphere", "other"]
+    assert run(*words, "--baselines", "--num_iterations", "1", "--settings", "1", "4") == 0
+    rows = table(tmp_path / "out" / "resolution.csv")
+    assert [row["method"] for row in rows] == ["synthetic", "best"] * 4
+    faces = {row["setting"]: row["num_faces"] for row in rows}
+    assert faces["1"] == "320"
+    lines = (tmp_path / "out" / "resolution.md").read_text().splitlines()
+    assert "| number of faces | noisy | synthetic | best |" in lines
+    assert [sum(line.startswith(f"| {number} |") for line in lines) for number in faces.values()] == [3, 3]
+
+
 def test_newest_checkpoint_of_the_first_run_that_has_one(tmp_path):
     for number, name in enumerate(("a/version_0/best.ckpt", "a/version_1/best-v1.ckpt", "b/best.ckpt")):
         path = tmp_path / name
@@ -121,7 +117,6 @@ def test_newest_checkpoint_of_the_first_run_that_has_one(tmp_path):
         (["ablation", "--weights", "mine=best"], "CASE=WEIGHTS"),
         (["ablation", "--weights", "full=best", "--meshes", "other"], "match"),
         (["series", "noise-levels", "--settings", "0.8"], "0.8"),
-        (["scores", "--published", "absent.csv"], "absent.csv"),
         (["series", "noise-levels", "--weights", "best", "best"], "two methods called 'best'"),
     ],
 )

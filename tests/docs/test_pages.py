@@ -2,8 +2,9 @@
 
 Only training is cut short. Cells of notebooks run elsewhere (``pytest notebooks``); here it is what their text shows.
 
-A comment before a block says how: `<!-- not run: reason -->`, `<!-- run first: command; command -->`, or
-`<!-- file: NAME -->` for a block that the commands after it read from a file.
+A comment before a block says how: `<!-- not run: reason -->`, `<!-- run first: command; command -->`,
+`<!-- needs: module -->` for a block that runs where this module is installed, or `<!-- file: NAME -->` for a block that
+the commands after it read from a file.
 """
 
 import json
@@ -13,6 +14,7 @@ import shlex
 import shutil
 import subprocess
 import sys
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -40,7 +42,7 @@ def blocks(page):
         cells = json.loads(shown)["cells"]
         shown = "\n".join("".join(cell["source"]) for cell in cells if cell["cell_type"] == "markdown")
     for comments, language, text in BLOCK.findall(shown):
-        yield language, text, dict(re.findall(r"<!-- (not run|run first|file): (.*?) -->", comments))
+        yield language, text, dict(re.findall(r"<!-- (not run|run first|needs|file): (.*?) -->", comments))
 
 
 def commands(text):
@@ -55,7 +57,8 @@ def run(command):
         assert words[2].startswith("dnf-pyg"), "only this package is installed by a page"
     elif words[0] == "dnf-pyg" and not set(words) & {"|", ">", "&&"}:
         short = SHORT if words[1] in ("fit", "validate", "test") else []
-        keys = [f"parts.{name}.init_args." for name in ("synthetic", "kinect")] if "joint" in words else [""]
+        several = {"joint", "distill"} & set(words)
+        keys = [f"parts.{name}.init_args." for name in ("synthetic", "kinect")] if several else [""]
         short = [*short, *(f"--data.{key}patches.num_patches=2" for key in keys if short)]
         assert main([*words[1:], *short]) == 0, command
     else:
@@ -75,6 +78,14 @@ def folder(tmp_path, monkeypatch, cnr_folder):
     return tmp_path
 
 
+def test_first_screen_of_the_readme():
+    first = (ROOT / "README.md").read_text().splitlines()[:25]
+    for command in ("make demo", "make test"):
+        assert any(line.startswith(command) for line in first)
+        assert re.search(rf"^{command[5:]}:", (ROOT / "Makefile").read_text(), re.MULTILINE)
+    assert any("readme.png" in line for line in first)
+
+
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
 def test_page_runs(page, folder, capsys):
     names, skipped = {}, []
@@ -87,6 +98,8 @@ def test_page_runs(page, folder, capsys):
                 run(command)
         if "not run" in how:
             skipped.append(how["not run"])
+        elif "needs" in how and find_spec(how["needs"]) is None:
+            continue
         elif "file" in how:
             (folder / how["file"]).write_text(text)
         elif language == "bash":

@@ -66,3 +66,16 @@ def test_new_files_replace_nothing_and_take_their_folders_away_again(tmp_path):
     assert taken.read_bytes() == b"mine"
     write_files({fresh: b"a", tmp_path / "a.obj": b"c"}, new={fresh})
     assert fresh.read_bytes() == b"a"
+
+
+def test_file_that_a_program_has_open_is_told(tmp_path, monkeypatch):
+    """As Windows does it, which refuses to replace such a file."""
+    (tmp_path / "open.ply").write_bytes(b"before")
+
+    def replace(source, target):
+        raise PermissionError(13, "The process cannot access the file")
+
+    monkeypatch.setattr("os.replace", replace)
+    with pytest.raises(OutputError, match=r"open.ply' \(got The process .*\)\. Close the programs that have it open"):
+        write_bytes(tmp_path / "open.ply", b"after")
+    assert [path.name for path in tmp_path.iterdir()] == ["open.ply"]

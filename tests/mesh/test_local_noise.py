@@ -103,19 +103,13 @@ def test_excess_tells_removed_noise_from_changed_shape(cube_mesh):
     assert noise.excess(bent)[pos[:, 2] < -0.5].max() < 2
 
 
-def test_restraint_keeps_what_is_not_explained(cube_mesh):
+def test_a_limit_keeps_what_is_not_explained(cube_mesh):
     pos, face = as_tensors(trimesh.Trimesh(cube_mesh[0].numpy(), cube_mesh[1].t().numpy(), process=False).subdivide())
     noise = LocalNoise(noisy(pos, face, 0.05 * mean_edge_length(pos, face)), face)
     clean = face_normals(pos, face)
-    stays, furthest = noise.restraint(clean, 2.0)
-    assert not stays.any()
-    unit, shortest = mean_edge_length(pos, face), edge_lengths(pos, edges(face)).min()
-    assert (furthest * unit >= 0.8 * shortest).all()
-    assert torch.allclose(noise.restraint(clean, 50.0)[1] * unit, 100 * noise.sigma, rtol=0.01)
-    assert noise.restraint(-clean, 2.0)[0].all()
-    stays, furthest = noise.restraint(-clean, math.inf)
-    assert not stays.any()
-    assert furthest.isinf().all()
+    assert not noise.unexplained(clean, 1.6).any()
+    assert noise.unexplained(-clean, 1.6).all()
+    assert not noise.unexplained(-clean, math.inf).any()
 
 
 CLEAN = {

@@ -77,6 +77,14 @@ def test_ends_when_neighbours_begin_to_move_alike(sphere_mesh):
         ended = update_vertices(noisy, face, normal, 60, max_correlation=limit, guard=False)
         assert torch.equal(ended, steps[first])
     assert torch.equal(update_vertices(noisy, face, normal, 60, max_correlation=-1, guard=False), steps[0])
+    told = []
+    update_vertices(noisy, face, normal, 60, max_correlation=0.05, guard=False, ended=lambda *why: told.append(why))
+    assert told == [(3 + first, "neighbouring vertices began to move alike")]
+    update_vertices(noisy, face, normal, 4, ended=lambda *why: told.append(why))
+    assert told[1:] == [(4, "the largest number was reached")]
+    still = trimesh_normals(pos, face)
+    update_vertices(pos, face, still, 9, tolerance=1.0, ended=lambda *why: told.append(why))
+    assert told[2:] == [(1, "the vertices came to rest")]
     two = update_vertices(noisy, face, normal, 2)
     assert torch.equal(update_vertices(noisy, face, normal, 2, max_correlation=-1), two)
 

@@ -2,7 +2,7 @@ import pytest
 import torch
 from torch_geometric.data import Data
 
-from dnf_pyg.nn.inference import evaluation_network, sparser_edges
+from dnf_pyg.nn.inference import evaluation_network, inference_device, sparser_edges, uses_bf16
 
 
 def test_network_that_is_ready_is_used_as_it_is():
@@ -31,3 +31,19 @@ def test_edges_of_each_level_are_those_of_evenly_spaced_ranks():
     assert first[0].tolist() == [0, 1, 5, 6]
     assert second[0].tolist() == [0, 2, 5, 7]
     assert third[0].tolist() == [0, 2, 4, 5, 7, 9]
+
+
+@pytest.mark.parametrize("available", [False, True])
+def test_automatic_device_is_a_gpu_where_there_is_one(monkeypatch, available):
+    monkeypatch.setattr("torch.cuda.is_available", lambda: available)
+    assert inference_device("auto") == torch.device("cuda" if available else "cpu")
+    assert inference_device("mps") == torch.device("mps")
+
+
+@pytest.mark.parametrize(("amx", "avx512"), [(False, False), (True, False), (False, True)])
+def test_automatic_precision_asks_the_processor(monkeypatch, amx, avx512):
+    monkeypatch.setattr("torch.cpu._is_amx_tile_supported", lambda: amx)
+    monkeypatch.setattr("torch.cpu._is_avx512_bf16_supported", lambda: avx512)
+    assert uses_bf16("auto", torch.device("cpu")) == (amx or avx512)
+    assert not uses_bf16("auto", torch.device("cuda"))
+    assert [uses_bf16(precision, torch.device("cpu")) for precision in ("fp32", "bf16")] == [False, True]

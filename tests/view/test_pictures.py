@@ -57,6 +57,27 @@ def test_picture_shows_meshes_and_error_maps(tmp_path, meshes):
     assert reddish[:, half:].mean() > 0.1
 
 
+@pytest.mark.parametrize("with_reference", [False, True])
+def test_movement_is_red_outwards_and_blue_inwards(tmp_path, meshes, with_reference):
+    pos, face = meshes["clean"]
+    for name, scale in (("out", 1.1), ("in", 0.9)):
+        shown = {"clean": meshes["clean"], "other": (scale * pos, face)}
+        draw_meshes(
+            tmp_path / f"{name}.png",
+            shown,
+            meshes["clean"] if with_reference else None,
+            moved=("clean", "other"),
+            size=100,
+        )
+        picture = matplotlib.image.imread(tmp_path / f"{name}.png")
+        rows, columns = picture.shape[0], picture.shape[1]
+        panel = picture[rows // 2 :, : columns // 3] if with_reference else picture[:, 2 * columns // 3 :]
+        panel = panel[: int(0.85 * len(panel))]  # above the scale
+        redder = panel[..., 0] - panel[..., 2]
+        assert (redder if name == "out" else -redder).max() > 0.3
+        assert (redder if name == "out" else -redder).min() > -0.05
+
+
 def test_rejects_no_mesh(tmp_path):
     with pytest.raises(ValueError, match=r"at least one mesh \(got none\)\. Pass"):
         draw_meshes(tmp_path / "none.png", {})

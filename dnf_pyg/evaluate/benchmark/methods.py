@@ -14,6 +14,7 @@ from torch import Tensor
 from dnf_pyg.errors import MeshError, MeshFileError
 from dnf_pyg.evaluate.baselines import Baseline
 from dnf_pyg.io import SUFFIXES, read_mesh
+from dnf_pyg.mesh.noise_level import estimate_noise
 from dnf_pyg.mesh.vertex_update import update_vertices
 from dnf_pyg.options import UpdateOptions
 from dnf_pyg.pipeline import DenoiseResult
@@ -103,8 +104,8 @@ class ClassicalMethod:
         start = time.perf_counter()
         moved, normal = self.baseline(pos, face)
         if self.update is not None:
-            num_iterations, max_correlation = self.update.num_iterations, self.update.max_correlation
-            moved = update_vertices(pos, face, normal, num_iterations, max_correlation=max_correlation)
+            end = self.update.end(estimate_noise(pos, face).is_correlated)
+            moved = update_vertices(pos, face, normal, self.update.num_iterations, max_correlation=end)
         return Result(moved, normal, time.perf_counter() - start)
 
 

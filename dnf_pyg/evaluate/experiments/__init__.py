@@ -1,7 +1,6 @@
 """The paper's experiments: their meshes, tables and plots."""
 
 from dnf_pyg.evaluate.experiments.ablation import CASES, PAPER_MESHES, Case, ablation_rows, write_ablation
-from dnf_pyg.evaluate.experiments.scores import write_scores
 from dnf_pyg.evaluate.experiments.series import SERIES, Input, Series
 from dnf_pyg.evaluate.experiments.series_report import write_series
 
@@ -14,6 +13,5 @@ __all__ = [
     "Series",
     "ablation_rows",
     "write_ablation",
-    "write_scores",
     "write_series",
 ]

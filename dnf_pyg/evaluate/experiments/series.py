@@ -42,11 +42,12 @@ class Series:
 
     Attributes:
         title: Heading.
-        axis: Name of the quantity that the settings vary.
+        axis: Name of the quantity on the axis of the plot and in the first column of the table.
         settings: Settings in order.
         explanation: Text above the table that describes how the meshes were made.
         change: Function that gives the clean positions and faces of a mesh at a setting.
         noise: Function that gives the noise and its level, multiples of the mean edge length, at a setting.
+        value: Function that gives the value on the axis for a setting and the mean number of faces there.
     """
 
     title: str
@@ -55,6 +56,7 @@ class Series:
     explanation: str
     change: Callable[[Tensor, Tensor, str, Generator], tuple[Tensor, Tensor]]
     noise: Callable[[str], tuple[Noise, float]]
+    value: Callable[[str, float], str] = lambda setting, num_faces: setting
 
     def prepare(self, clean: Sequence[Path], settings: Sequence[str], folder: Path) -> list[Input]:
         """Write the meshes of the series that do not exist yet, with random numbers seeded by their names.
@@ -135,12 +137,14 @@ def _same(pos: Tensor, face: Tensor, setting: str, generator: Generator) -> tupl
 SERIES = {
     "resolution": Series(
         "Robustness to resolution",
-        "number of faces divided by",
+        "number of faces",
         ("1", "2", "4", "8", "16", "32", "64"),
-        "Each clean mesh is simplified by quadric edge collapse, then gets Gaussian noise of 0.1 mean edge lengths "
-        "along the vertex normals. The paper halves Eros from 100,000 faces down to 1,562 in MeshLab.",
+        "Each clean mesh is simplified by quadric edge collapse, its number of faces divided by the setting, then gets "
+        "Gaussian noise of 0.1 mean edge lengths along the vertex normals. Numbers of faces are means of the meshes. "
+        "The paper tests Eros with 100,000 down to 1,562 faces.",
         _decimated,
         lambda setting: (GaussianNormalNoise(), 0.1),
+        lambda setting, num_faces: f"{num_faces:.0f}",
     ),
     "triangulation": Series(
         "Robustness to irregular triangulation",

@@ -64,10 +64,11 @@ def write_series(
     write_files({folder / file: content.encode() for file, content in files.items()})
     theta = means(common, "theta_deg", "method", "noise")
     with plot(folder / f"{name}.png", (7.5, 4)) as axes:
-        for place, method in enumerate(["noisy", *methods]):
-            known = [setting for setting in settings if (method, setting) in theta]
-            style = line_style(place - 1) if place else {"color": "0.5", "linestyle": "--"}
-            axes.plot(known, [theta[method, setting] for setting in known], **style, label=method)
+        for number_of_line, method in enumerate(["noisy", *methods]):
+            known = [place for place, setting in enumerate(settings) if (method, setting) in theta]
+            style = line_style(number_of_line - 1) if number_of_line else {"color": "0.5", "linestyle": "--"}
+            axes.plot(known, [theta[method, settings[place]] for place in known], **style, label=method)
+        axes.set_xticks(range(len(settings)), _values(series, settings, common))
         axes.set_ylim(bottom=0)
         axes.set_xlabel(series.axis)
         axes.set_ylabel("θ of the mesh, mean of the meshes (degrees)")
@@ -78,7 +79,13 @@ def _table(series: Series, settings: Sequence[str], methods: Sequence[str], rows
     """Mean theta of each method at each setting, as markdown."""
     theta = means(rows, "theta_deg", "noise", "method")
     lines = [
-        [setting, number(theta.get((setting, "noisy"))), *bold_lowest([theta.get((setting, m)) for m in methods])]
-        for setting in settings
+        [value, number(theta.get((setting, "noisy"))), *bold_lowest([theta.get((setting, m)) for m in methods])]
+        for setting, value in zip(settings, _values(series, settings, rows), strict=True)
     ]
     return markdown_table([series.axis, "noisy", *methods], lines)
+
+
+def _values(series: Series, settings: Sequence[str], rows: Sequence[Row]) -> list[str]:
+    """Value of each setting on the axis; a setting without a result keeps its name."""
+    num_faces = means(rows, "num_faces", "noise")
+    return [series.value(name, num_faces[name,]) if (name,) in num_faces else name for name in settings]

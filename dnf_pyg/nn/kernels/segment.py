@@ -16,7 +16,8 @@ def _segment_reduce(src: Tensor, ptr: Tensor, reduce: str) -> Tensor:
         from torch_scatter import segment_csr
 
         return segment_csr(src, ptr, reduce=reduce)
-    out = torch.segment_reduce(src, reduce, offsets=ptr)
+    wide = src if src.dtype.itemsize >= 4 else src.float()  # sums of hundreds of bf16 rows stand still
+    out = torch.segment_reduce(wide, reduce, offsets=ptr).to(src.dtype)
     return out.masked_fill((ptr[1:] == ptr[:-1]).unsqueeze(-1), 0)
 
 

@@ -39,13 +39,25 @@ def relief(dice: Dice, num_faces: int) -> tuple[Tensor, Tensor]:
 
 
 def _sphere(dice: Dice, num_faces: int, num_waves: int, frequency: float, height: float) -> tuple[Tensor, Tensor]:
-    size = (num_faces / 20) ** 0.5
-    sphere = trimesh.creation.icosahedron()
-    vertices, faces = trimesh.remesh.subdivide_to_size(sphere.vertices, sphere.faces, 1.06 / size, max_iter=12)
-    sphere = trimesh.Trimesh(vertices, faces)
-    face = torch.tensor(sphere.faces).t().contiguous()
-    unit = torch.nn.functional.normalize(torch.tensor(sphere.vertices), dim=1)
+    unit, face = _geodesic_sphere(max(1, round((num_faces / 20) ** 0.5)))
     waves = torch.stack([dice.direction() * dice.uniform(0.5, 1.5) * frequency for _ in range(num_waves)], dim=1)
     phase = torch.tensor([dice.uniform(0.0, 6.28) for _ in range(num_waves)], dtype=torch.float64)
     radius = 1 + height * torch.sin(unit @ waves + phase).mean(dim=1) * num_waves**0.5
     return unit * radius[:, None], face
+
+
+def _geodesic_sphere(frequency: int) -> tuple[Tensor, Tensor]:
+    """Icosahedron with each side split into ``frequency`` squared triangles, its vertices on the unit sphere."""
+    solid = trimesh.creation.icosahedron()
+    grid = torch.tensor([(i, j) for i in range(frequency + 1) for j in range(frequency + 1 - i)])
+    place = torch.zeros(frequency + 1, frequency + 1, dtype=torch.long)
+    place[tuple(grid.t())] = torch.arange(len(grid))
+    share = torch.cat([frequency - grid.sum(dim=1, keepdim=True), grid], dim=1).double() / frequency
+    pos = share @ torch.tensor(solid.vertices)[torch.tensor(solid.faces)]  # (20, P, 3): sides share their rims
+    (a, b), (c, d) = (grid[grid.sum(dim=1) < limit].t() for limit in (frequency, frequency - 1))
+    upward = torch.stack([place[a, b], place[a + 1, b], place[a, b + 1]])
+    downward = torch.stack([place[c + 1, d], place[c + 1, d + 1], place[c, d + 1]])
+    split = torch.cat([upward, downward], dim=1)
+    face = (split[:, None, :] + len(grid) * torch.arange(20)[:, None]).flatten(1)
+    rounded, vertex_id = (pos.flatten(0, 1) * 2**30).round().unique(dim=0, return_inverse=True)
+    return torch.nn.functional.normalize(rounded, dim=1), vertex_id[face]

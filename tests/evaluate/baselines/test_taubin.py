@@ -1,6 +1,13 @@
 import torch
 
-from dnf_pyg.evaluate.baselines import BASELINES, BilateralNormalFilter, GuidedNormalFilter, TaubinSmoothing
+from dnf_pyg.evaluate.baselines import (
+    BASELINES,
+    BilateralNormalFilter,
+    GuidedNormalFilter,
+    L0Minimization,
+    TaubinSmoothing,
+    TotalVariationFilter,
+)
 from dnf_pyg.mesh.geometry import face_normals
 from dnf_pyg.mesh.noise import GaussianNormalNoise
 from dnf_pyg.mesh.vertex_update import update_vertices
@@ -31,6 +38,10 @@ def test_baselines_by_name_show_their_parameters():
     assert {name: make() for name, make in BASELINES.items()} == {
         "BNF": BilateralNormalFilter(),
         "GNF": GuidedNormalFilter(),
+        "TV": TotalVariationFilter(),
+        "L0": L0Minimization(),
         "Taubin": TaubinSmoothing(),
     }
-    assert all("num_vertex_iterations=" in repr(make()) for make in BASELINES.values())
+    assert (
+        repr(BASELINES["L0"]()) == "L0Minimization(strength=0.2, growth=1.414, first_weight=0.001, last_weight=1000.0)"
+    )

@@ -39,3 +39,16 @@ def test_no_rows_at_all(with_torch_scatter, monkeypatch):
     monkeypatch.setattr(segment, "WITH_TORCH_SCATTER", with_torch_scatter)
     for reduction in REDUCTIONS.values():
         assert reduction(torch.zeros(0, 3), torch.zeros(3, dtype=torch.long)).tolist() == [[0.0] * 3] * 2
+
+
+@pytest.mark.parametrize("name", ["sum", "mean"])
+@pytest.mark.parametrize("with_torch_scatter", [False, True])
+def test_long_segments_in_half_precision_are_as_exact_as_their_rows(name, with_torch_scatter, monkeypatch):
+    if with_torch_scatter:
+        pytest.importorskip("torch_scatter")
+    monkeypatch.setattr(segment, "WITH_TORCH_SCATTER", with_torch_scatter)
+    src = torch.rand(2000, 4, generator=torch.Generator().manual_seed(0)).bfloat16()
+    ptr = torch.tensor([0, 800, 2000])
+    out = REDUCTIONS[name](src, ptr)
+    assert out.dtype == torch.bfloat16
+    torch.testing.assert_close(out.double(), loop(src.double(), ptr, name), rtol=2**-8, atol=0)

@@ -1,0 +1,116 @@
+"""The steps that denoise a mesh: its normals are filtered and its vertices updated, on coarse versions first."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import torch
+from torch import Tensor
+
+from dnf_pyg.filtering import filter_normals
+from dnf_pyg.mesh import filled_face_normals
+from dnf_pyg.mesh.coarse import coarsen
+from dnf_pyg.mesh.topology import Topology
+from dnf_pyg.mesh.vertex_update import update_vertices
+from dnf_pyg.nn import Cascade
+from dnf_pyg.options import FilterOptions, UpdateOptions
+from dnf_pyg.patches.fusion import FusedNormals
+from dnf_pyg.progress import Progress, Stopwatch, part_of
+
+__all__ = ["Steps"]
+
+_SHARE = 0.16  # of the faces that a coarser version keeps: edges of 2.5 times the length
+_FEWEST_FACES = 200  # of a coarser version; one with fewer has lost the shape
+
+
+@dataclass(frozen=True)
+class Steps:
+    """Filter the normals of a mesh and move its vertices, from coarse versions to the mesh itself.
+
+    Noise that is alike at neighbouring vertices is shape to a network that sees a few rings around a face. On a coarse
+    version, where neighbours are farther apart, it is noise. So a mesh with such noise is decimated to a sixth of
+    its faces, once or more; the coarsest version is denoised, and each finer one starts from its own vertices
+    moved as those of the coarser one.
+
+    Attributes:
+        cascade: The networks.
+        filtering: How facet normals are filtered.
+        update: How vertices are moved.
+        is_correlated: Whether the noise is alike at neighbouring vertices.
+        num_passes: Number of times the mesh itself is filtered, each time its own result.
+        progress: Called with the faces of the mesh itself done, over all passes and networks, and their total.
+        watch: Takes the time of each step.
+        ended: Called after each vertex update with the number of its iterations, and why no more ran.
+    """
+
+    cascade: Cascade
+    filtering: FilterOptions
+    update: UpdateOptions
+    is_correlated: bool
+    num_passes: int
+    progress: Progress
+    watch: Stopwatch
+    ended: Callable[[int, str], object]
+
+    def __call__(self, pos: Tensor, face: Tensor, fixed: Tensor, topology: Topology) -> tuple[Tensor, FusedNormals]:
+        """Return the positions (V, 3) and the filtered normals that they fit.
+
+        Args:
+            pos: Noisy vertex positions, (V, 3).
+            face: Vertices of each face, (3, F).
+            fixed: Vertices that stay in place, (V,) bool.
+            topology: Connectivity of the mesh.
+        """
+        num_coarser = self.filtering.coarser_versions(self.is_correlated)
+        return self._level(pos, face, fixed, topology, num_coarser, self.num_passes)
+
+    def _level(
+        self, origin: Tensor, face: Tensor, fixed: Tensor, topology: Topology, num_coarser: int, num_passes: int
+    ) -> tuple[Tensor, FusedNormals]:
+        pos = origin
+        if num_coarser and face.size(1) * _SHARE >= _FEWEST_FACES:
+            coarse = coarsen(origin, face, _SHARE)
+            self.watch.lap("coarsen")
+            free, below = torch.zeros(len(coarse.pos), dtype=torch.bool), Topology(coarse.face, len(coarse.pos))
+            moved, _ = replace(self, progress=lambda done, total: None)._level(
+                coarse.pos, coarse.face, free, below, num_coarser - 1, num_passes=1
+            )
+            move = coarse.prolong(moved - coarse.pos)
+            limit = self._limit * topology.mean_edge_length(origin)
+            move = move * (limit / move.norm(dim=1, keepdim=True).clamp(min=1e-300)).clamp(max=1)
+            pos = origin + torch.where(fixed[:, None], 0.0, move)
+        networks = self.cascade.networks
+        start, normal = pos, torch.empty(0)
+        for turn in range(num_passes):
+            given = filled_face_normals(pos, face)
+            for row, net in enumerate(networks):
+                number = turn * len(networks) + row
+                fused = filter_normals(
+                    net,
+                    pos,
+                    face,
+                    replace(self.filtering, seed=(self.filtering.seed + number) % 2**63),
+                    earlier=torch.stack([normal, given], dim=1) if row > 0 else None,
+                    topology=topology,
+                    progress=part_of(self.progress, number, num_passes * len(networks)),
+                    watch=self.watch,
+                )
+                normal = fused.normal.double()
+                pos = update_vertices(
+                    start,
+                    face,
+                    normal,
+                    self.update.num_iterations,
+                    max_correlation=self.update.end(self.is_correlated),
+                    max_move=self._limit,
+                    origin=origin,
+                    fixed=fixed,
+                    topology=topology,
+                    ended=self.ended,
+                )
+                self.watch.lap("update")
+        return pos, fused
+
+    @property
+    def _limit(self) -> float:
+        """Largest displacement before it is multiplied by the strength, in mean edge lengths."""
+        return self.update.max_move / self.update.strength if self.update.strength > 0 else 0.0

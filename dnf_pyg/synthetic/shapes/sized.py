@@ -1,0 +1,42 @@
+"""Shapes with the number of faces that was asked for."""
+
+from collections.abc import Callable
+
+from torch import Generator, Tensor
+
+__all__ = ["sized_shape"]
+
+
+def sized_shape(
+    shape: Callable[[Generator, int], tuple[Tensor, Tensor]], seed: int, num_faces: int, max_tries: int = 6
+) -> tuple[Tensor, Tensor]:
+    """Make a shape again until it has the wanted number of faces within 8%, or as near as it comes.
+
+    Kinds of shapes take their number of faces for a rough guide: the area of a solid is estimated before it is meshed.
+
+    Args:
+        shape: One of :data:`~dnf_pyg.synthetic.shapes.SHAPES`.
+        seed: Seed of its details, the same in every try.
+        num_faces: Number of faces wanted.
+        max_tries: Number of times it is made, at most.
+
+    Returns:
+        Vertex positions (V, 3) and faces (3, F).
+
+    Example:
+        >>> from dnf_pyg.synthetic.shapes import SHAPES
+        >>> pos, face = sized_shape(SHAPES["blob"], 0, 1000)
+        >>> abs(face.size(1) - 1000) <= 80
+        True
+    """
+    asked, best = float(num_faces), None
+    for _ in range(max_tries):
+        pos, face = shape(Generator().manual_seed(seed), max(4, round(asked)))
+        found = face.size(1)
+        if best is None or abs(found - num_faces) < abs(best[1].size(1) - num_faces):
+            best = pos, face
+        if abs(found - num_faces) <= 0.08 * num_faces:
+            break
+        asked *= num_faces / found
+    assert best is not None
+    return best
