@@ -112,6 +112,9 @@ class UpdateOptions:
     Args:
         strength: Fraction of the full movement, from 0 (the mesh stays as it is) to 1.
         max_move: Largest displacement of a vertex, in mean edge lengths.
+        max_excess: Vertices stay in place where the filtered normals differ from those of the mesh by more than this
+            multiple of what the estimated noise explains, and where there is too little noise to tell it from the
+            shape. Use infinity to move all, for example to smooth the stairs of a mesh made from voxels.
         num_iterations: Maximum number of iterations of the vertex update.
         max_correlation: The update stops when the displacements of neighbouring vertices have at least this
             correlation: from there on it removes detail. Use 1 to run all iterations. If not given, this is -0.03 for
@@ -128,6 +131,7 @@ class UpdateOptions:
 
     strength: float = 1.0
     max_move: float = float("inf")
+    max_excess: float = 1.6
     num_iterations: int = expert(60)
     max_correlation: float | None = expert(None)
     preserve_boundary: bool = False
@@ -135,6 +139,7 @@ class UpdateOptions:
     def __post_init__(self) -> None:
         check_range("strength", self.strength, float, 0, 1)
         check_range("max_move", self.max_move, float, 0, float("inf"))
+        check_range("max_excess", self.max_excess, float, 0, float("inf"))
         check_range("num_iterations", self.num_iterations, int, 0, float("inf"))
         if self.max_correlation is not None:
             check_range("max_correlation", self.max_correlation, float, -1, 1)

@@ -13,12 +13,15 @@ from torch import Tensor
 
 from dnf_pyg.errors import DenoiseWarning
 from dnf_pyg.filtering import on_cpu
+from dnf_pyg.findings import findings
 from dnf_pyg.io.inputs import as_input, as_mask
 from dnf_pyg.mesh import boundary_vertices, validate_mesh
-from dnf_pyg.mesh.noise_level import estimate_noise
+from dnf_pyg.mesh.geometry import face_normals
+from dnf_pyg.mesh.local_noise import LocalNoise
 from dnf_pyg.mesh.topology import Topology
 from dnf_pyg.mesh.vertex_update import flipped_faces, without_flips
 from dnf_pyg.mesh.weld import weld
+from dnf_pyg.mesh.winding import consistent_faces
 from dnf_pyg.nn import Cascade, FilteringNetwork
 from dnf_pyg.options import DEFAULT_WEIGHTS, FAST, FilterOptions, UpdateOptions, check_range
 from dnf_pyg.progress import Progress, Stopwatch, progress_bar
@@ -79,9 +82,12 @@ def denoise(
     cascade = _loaded(weights)
     validate_mesh(source.pos, source.face)
     movable = as_mask(mask, len(source.pos))
-    start, face, vertex_id = weld(source.pos, source.face)
+    start, welded, vertex_id = weld(source.pos, source.face)
+    sides = consistent_faces(welded)
+    face = sides.face
     topology = Topology(face, len(start))
-    noise = estimate_noise(start, face, topology)
+    local = LocalNoise(start, face, topology)
+    noise = local.estimate
     fixed = torch.ones(len(start), dtype=torch.bool)
     fixed[vertex_id[movable]] = False  # a vertex stays where none of its copies may move
     if update.preserve_boundary:
@@ -95,18 +101,24 @@ def denoise(
             ended=lambda *told: ended.append(told),
         )  # fmt: skip
         pos, fused = steps(start, face, fixed, topology)
-    normal = fused.normal.double()
-    final = torch.where((pos != start).any(dim=1, keepdim=True), start.lerp(pos, update.strength), start)
-    if 0 < update.strength < 1:  # halfway, a face may be flipped that is so at neither end
+    stays = local.unexplained(fused.normal, update.max_excess)
+    own = stays[face].all(dim=0)[:, None]  # faces that stay as they are, whatever the network says
+    normal = torch.where(own, face_normals(start, face), fused.normal.double())
+    moves = (pos != start).any(dim=1) & ~stays
+    final = torch.where(moves[:, None], start.lerp(pos, update.strength), start)
+    if stays.any() or 0 < update.strength < 1:  # a face may be flipped that is so at neither end
         final = without_flips(final, start, face, normal)
     before, after = (int(flipped_faces(where, face, normal).sum()) for where in (start, final))
-    final = final[vertex_id]
-    found = _warnings(noise.level, cascade.noise_range, after)
+    final = torch.where((final != start).any(dim=1)[vertex_id, None], final[vertex_id], source.pos)
+    left_alone = float((stays & ~fixed)[face].double().mean())
+    found = findings(noise.level, cascade.noise_range, left_alone, sides.num_turned, sides.num_doubled, after)
     for text in found:
         warnings.warn(text, DenoiseWarning, stacklevel=3)
+    turned, coverage, confidence = (value[sides.face_id] for value in fused)
+    mesh, filtered = source.with_positions(final), turned * sides.sign[:, None]
     result = DenoiseResult(
-        source.with_positions(final), final, source.face, *fused, noise, before, after, watch.seconds, found,
-        *ended[-1], noisy_pos=source.pos,
+        mesh, final, source.face, filtered, coverage, confidence, noise, before, after, watch.seconds, found,
+        *ended[-1], noisy_pos=source.pos, left_alone=left_alone,
     )  # fmt: skip
     _log.info("denoised %d faces in %s; %d iterations: %s", source.face.size(1), watch.seconds, *ended[-1])
     return result
@@ -116,15 +128,3 @@ def _loaded(weights: str | Path | FilteringNetwork | Cascade) -> Cascade:
     if isinstance(weights, FilteringNetwork):
         return Cascade([weights])
     return weights if isinstance(weights, Cascade) else load_cascade(weights)
-
-
-def _warnings(noise_level: float, noise_range: tuple[float, float] | None, num_flipped: int) -> list[str]:
-    lowest, highest = noise_range or (0.0, float("inf"))
-    found = {
-        f"The noise level of about {noise_level:.3f} mean edge lengths is below {lowest}, the lowest that the weights "
-        "were trained on: fine detail may be smoothed away. A lower strength keeps it.": noise_level < lowest,
-        f"The noise level of about {noise_level:.2f} mean edge lengths is above {highest}, the highest that the "
-        "weights were trained on. Use two passes, or train on such noise.": noise_level > highest,
-        f"Faces that remain flipped because the input is folded there: {num_flipped}.": num_flipped > 0,
-    }
-    return [text for text, applies in found.items() if applies]

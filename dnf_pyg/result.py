@@ -35,6 +35,7 @@ class DenoiseResult:
         num_iterations: Number of iterations of the vertex update that ran.
         ended_by: Why no more ran, half a sentence.
         noisy_pos: Vertex positions of the input, (V, 3) float64.
+        left_alone: Share of the mesh that stays in place since the noise does not explain what would change there.
     """
 
     mesh: Any
@@ -51,6 +52,7 @@ class DenoiseResult:
     num_iterations: int
     ended_by: str
     noisy_pos: Tensor
+    left_alone: float
 
     @property
     def vertices(self) -> NDArray[np.float64]:

@@ -12,7 +12,7 @@ import trimesh
 import dnf_pyg
 from dnf_pyg.cli import main
 from dnf_pyg.commands import COMMANDS, LIGHTNING
-from dnf_pyg.io import read_mesh
+from dnf_pyg.io import read_mesh, write_mesh
 from dnf_pyg.nn import DNFNet
 
 SMALL = {"k": (3, 5, 8), "residual_k": 4, "channels": (8, 8, 8), "embedding_channels": 8}
@@ -231,6 +231,19 @@ def test_compare_prints_json(clean_file, noisy_file, capsys):
     assert same["vertex_error"] == pytest.approx(0, abs=1e-9)
     assert 10 < noisy["theta"] < 30
     assert 0.05 < noisy["vertex_error"] < 0.3
+
+
+def test_compare_with_a_reference_of_another_order(clean_file, noisy_file, tmp_path, capsys):
+    assert main(["compare", str(noisy_file), str(clean_file), "--json"]) == 0
+    expected = json.loads(capsys.readouterr().out)
+    clean = read_mesh(clean_file)
+    order = torch.randperm(clean.face.size(1), generator=torch.Generator().manual_seed(0))
+    shuffled = trimesh.Trimesh(clean.pos.numpy(), clean.face[:, order].t().numpy(), process=False)
+    write_mesh(shuffled, clean.pos, tmp_path / "shuffled.ply")
+    assert main(["compare", str(noisy_file), str(tmp_path / "shuffled.ply"), "--json"]) == 0
+    told = capsys.readouterr()
+    assert json.loads(told.out) == pytest.approx(expected, abs=1e-4)
+    assert "shuffled.ply' are in another order than those of" in told.err
 
 
 def test_denoise_keeps_faces_and_prints_theta(noisy_file, clean_file, weights, tmp_path, capsys):

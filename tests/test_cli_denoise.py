@@ -36,7 +36,8 @@ def noisy_file(tmp_path, cube_mesh):
 @pytest.fixture
 def call(weights, capsys):
     def called(*words):
-        status = main(["denoise", *map(str, words), "--weights", str(weights), "--patch_size", "200"])
+        options = ["--weights", str(weights), "--patch_size", "200", "--max_excess", "inf"]  # of a random network
+        status = main(["denoise", *map(str, words), *options])
         told = capsys.readouterr()
         return status, told.out, told.err
 

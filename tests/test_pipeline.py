@@ -1,4 +1,5 @@
 import copy
+import math
 from contextlib import nullcontext
 
 import numpy as np
@@ -10,7 +11,7 @@ from torch_geometric.data import Data
 from dnf_pyg import FAST, DenoiseWarning, FilterOptions, MeshError, OptionError, UpdateOptions, denoise
 from dnf_pyg.filtering import filter_normals
 from dnf_pyg.io import MeshFile, read_mesh
-from dnf_pyg.mesh import edges
+from dnf_pyg.mesh import edges, face_normals
 from dnf_pyg.mesh.geometry import mean_edge_length
 from dnf_pyg.nn import SurfaceDNFNet
 
@@ -40,7 +41,8 @@ def edge_length(mesh):
 
 def run(mesh, net, *, update=None, num_passes=1, mask=None, progress=None, **filtering):
     options = FilterOptions(**{"patch_size": 200, "precision": "fp32", **filtering})
-    update = UpdateOptions(**(update or {}))
+    limits = {"max_excess": math.inf}  # what a random network does is never explained
+    update = UpdateOptions(**(limits | (update or {})))
     return denoise(mesh, net, filtering=options, update=update, num_passes=num_passes, mask=mask, progress=progress)
 
 
@@ -138,6 +140,37 @@ def test_copies_of_a_vertex_move_together(noisy, net):
         noisy.triangles.reshape(-1, 3), torch.arange(3 * len(noisy.faces)).view(-1, 3), process=False
     )
     torch.testing.assert_close(run(soup, net).pos, run(noisy, net).pos[noisy.faces.flatten()], rtol=0, atol=1e-9)
+
+
+def test_copies_that_differ_in_their_last_digits_get_one_position(noisy, net):
+    corners = noisy.triangles.reshape(-1, 3)
+    near = corners + 1e-7 * np.random.default_rng(0).standard_normal(corners.shape)
+    soup = near, np.arange(len(near)).reshape(-1, 3)
+    result = run(soup, net)
+    torch.testing.assert_close(result.pos, run(noisy, net).pos[noisy.faces.flatten()], rtol=0, atol=1e-3)
+    first = torch.zeros(len(noisy.vertices), dtype=torch.long)
+    first[noisy.faces.flatten()] = torch.arange(len(near))
+    moved = (result.pos != torch.tensor(near)).any(dim=1)
+    assert moved.double().mean() > 0.9
+    assert torch.equal(result.pos[moved], result.pos[first[noisy.faces.flatten()]][moved])
+    still = run(soup, net, update={"strength": 0.0})
+    assert np.array_equal(still.vertices, near)  # what does not move keeps its digits
+
+
+def test_winding_of_the_faces_does_not_matter(noisy, net):
+    faces = np.asarray(noisy.faces)
+    mixed = np.where(np.arange(len(faces))[:, None] % 10 == 0, faces[:, [0, 2, 1]], faces)
+    doubled = np.concatenate([faces, faces[:, [0, 2, 1]]])
+    expected = run(noisy, net)
+    for changed, text in ((mixed, "wound the other way than their neighbours: 77"), (doubled, "same vertices.*: 768")):
+        with pytest.warns(DenoiseWarning, match=text):
+            result = run((np.asarray(noisy.vertices), changed), net)
+        torch.testing.assert_close(result.pos, expected.pos)
+        assert np.array_equal(result.face.t().numpy(), changed)
+        assert len(result.coverage) == len(result.confidence) == len(changed)
+        own = face_normals(result.pos, result.face)[:768], face_normals(expected.pos, expected.face)
+        sign = (own[0] * own[1]).sum(dim=1).round()
+        torch.testing.assert_close(result.normal[:768], expected.normal * sign[:, None].float())
 
 
 def test_repeats_on_its_own_result(noisy, net):

@@ -1,8 +1,11 @@
 """Measure a mesh against its clean reference: theta in degrees, E_v, share of faces within 5 and 10 degrees."""
 
 import json
+import sys
+from dataclasses import replace
 from pathlib import Path
 
+import torch
 from torch import Tensor
 
 from dnf_pyg.commands.options import CompareOptions
@@ -10,6 +13,7 @@ from dnf_pyg.commands.terminal import tell
 from dnf_pyg.errors import MeshError
 from dnf_pyg.evaluate.metrics import VertexError, normal_angles
 from dnf_pyg.io import MeshFile, read_mesh
+from dnf_pyg.mesh.correspondence import corresponding_faces
 from dnf_pyg.mesh.geometry import face_normals
 from dnf_pyg.mesh.validate import validate_mesh
 
@@ -34,7 +38,9 @@ def run(options: CompareOptions) -> None:
 
 
 def read_reference(path: Path, mesh: MeshFile) -> MeshFile:
-    """Read a clean mesh whose faces correspond to those of another.
+    """Read a clean mesh whose faces correspond to those of another; its faces come in the order of that one's.
+
+    A line on stderr tells where that is not their order in the file.
 
     Raises:
         MeshError: If its number of faces differs, it has coordinates that are not finite, or only faces without area.
@@ -48,7 +54,16 @@ def read_reference(path: Path, mesh: MeshFile) -> MeshFile:
         )
     if not face_normals(reference.pos, reference.face).any():
         raise MeshError(f"Expected a reference with an area (got '{path}', whose faces have none). Export it again.")
-    return reference
+    order = corresponding_faces(mesh.pos, mesh.face, reference.pos, reference.face)
+    if not torch.equal(order, torch.arange(len(order))):
+        tell(
+            f"warning: the faces of '{path}' are in another order than those of '{mesh.path}': each of them is "
+            "compared with the one at its place.",
+            file=sys.stderr,
+        )
+    face = reference.face[:, order]
+    of_same_vertices = torch.equal(face.sort(dim=0).values, mesh.face.sort(dim=0).values)
+    return replace(reference, face=mesh.face if of_same_vertices else face)
 
 
 def measure(pos: Tensor, face: Tensor, reference: MeshFile) -> dict[str, float]:

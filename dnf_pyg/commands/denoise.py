@@ -38,7 +38,7 @@ def run(options: DenoiseOptions) -> None:
     outputs, several = _outputs(options)
     if options.threads is not None:
         torch.set_num_threads(options.threads)
-    cascade = load_cascade(options.weights)
+    cascade = load_cascade(options.weights, options.data_set)
     _check_device(options.filtering.device)
     failed, pages = [], {}
     for number, (path, output) in enumerate(outputs.items(), start=1):
@@ -135,7 +135,7 @@ def _run_one(
     for warning in result.warnings:
         tell(f"warning: {f'{path}: ' if place else ''}{warning}", file=sys.stderr)
     if options.picture is not None:
-        meshes = {} if reference is None else {"clean": (reference.pos, mesh.face)}
+        meshes = {} if reference is None else {"clean": (reference.pos, reference.face)}
         meshes |= {"noisy": (mesh.pos, mesh.face), "denoised": (result.pos, mesh.face)}
         draw_meshes(options.picture, meshes, meshes.get("clean"), moved=("noisy", "denoised"))
     if page is not None:
@@ -146,7 +146,7 @@ def _run_one(
             mesh.face,
             title=f"{path.name}, denoised",
             subtitle=f"{mesh.face.size(1):,} triangles, {len(mesh.pos):,} vertices. " + " ".join(result.warnings),
-            reference=None if reference is None else reference.pos,
+            reference=reference.pos if reference is not None and torch.equal(reference.face, mesh.face) else None,
             figures=outcome_figures(values, result),
             settings=_shown(options),
         )
@@ -155,7 +155,12 @@ def _run_one(
 
 def _shown(options: DenoiseOptions) -> dict[str, str]:
     """All options that decide the result, for the page."""
-    values = {"weights": options.weights, "num_passes": options.num_passes, "mask": options.mask}
+    values = {
+        "weights": options.weights,
+        "data_set": options.data_set,
+        "num_passes": options.num_passes,
+        "mask": options.mask,
+    }
     values |= dataclasses.asdict(options.update) | dataclasses.asdict(options.filtering)
     named = {"None": "none", "inf": "none", "True": "yes", "False": "no"}
     return {name.replace("_", " "): named.get(str(value), str(value)) for name, value in values.items()}

@@ -32,7 +32,7 @@ class EvaluationOptions:
     output: Path
     meshes: tuple[str, ...] | None = field(default=None, metadata={"metavar": "PATTERN"})
     limit: int | None = None
-    update: UpdateOptions = UpdateOptions()
+    update: UpdateOptions = field(default=UpdateOptions(), metadata={"skip": ("max_excess",)})
     num_passes: int = 1
     filtering: FilterOptions = FilterOptions()
 

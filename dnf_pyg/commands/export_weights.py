@@ -21,7 +21,7 @@ def run(options: ExportOptions) -> None:
         WeightsError: If the checkpoint cannot be loaded, or the benchmark is not of these weights.
         DataError: If a file cannot be read.
     """
-    net = load_cascade(options.checkpoint)
+    net = load_cascade(options.checkpoint, options.data_set)
     benchmark = None if options.benchmark is None else _measured(options.benchmark, fingerprint(net))
     recipe = _text(options.recipe)
     release = write_release(

@@ -2,8 +2,10 @@
 
 import fnmatch
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from itertools import count
+from math import inf
 from pathlib import Path
 
 from tqdm import tqdm
@@ -59,7 +61,7 @@ def network_method(title: str, weights: str, options: EvaluationOptions) -> Netw
         WeightsError: If it cannot be loaded.
     """
     net = load_cascade(weights)
-    filtering, update, num_passes = options.filtering, options.update, options.num_passes
+    filtering, update, num_passes = options.filtering, replace(options.update, max_excess=inf), options.num_passes
     denoiser = partial(denoise, weights=net, filtering=filtering, update=update, num_passes=num_passes)
     text = f"weights={fingerprint(net)}, filtering={filtering}, update={update}, num_passes={num_passes}"
     return NetworkMethod(title, denoiser, f"denoise({text})")

@@ -38,6 +38,7 @@ class DenoiseOptions:
             input if not given.
         overwrite: Replace outputs that exist. Otherwise they are an error; of several inputs, those are skipped.
         weights: Checkpoint of `dnf-pyg fit`, folder, or name of packaged weights (see `dnf-pyg weights`).
+        data_set: Data set of a joint training whose statistics are used, if the checkpoint holds those of several.
         fast: About half of the time for at most 0.2 degrees (coverage 1, k 10 16 24).
         num_passes: Number of times the network filters the normals, each time those of its own result. Two passes
             suit strong noise on smooth surfaces.
@@ -56,6 +57,7 @@ class DenoiseOptions:
     output: Path | None = None
     overwrite: bool = False
     weights: str = DEFAULT_WEIGHTS
+    data_set: str | None = None
     fast: bool = field(default=False, metadata={"preset": FAST})
     update: UpdateOptions = UpdateOptions()
     num_passes: int = 1
@@ -89,6 +91,7 @@ class PredictOptions:
         output: Folder for the results.
         overwrite: Replace outputs that exist; otherwise these inputs are skipped.
         weights: Checkpoint of `dnf-pyg fit`, folder, or name of packaged weights (see `dnf-pyg weights`).
+        data_set: Data set of a joint training whose statistics are used, if the checkpoint holds those of several.
         fast: About half of the time for at most 0.2 degrees (coverage 1, k 10 16 24).
         num_passes: Number of times the network filters the normals, each time those of its own result.
         json: Print one JSON object per mesh.
@@ -99,6 +102,7 @@ class PredictOptions:
     output: Path
     overwrite: bool = False
     weights: str = DEFAULT_WEIGHTS
+    data_set: str | None = None
     fast: bool = field(default=False, metadata={"preset": FAST})
     update: UpdateOptions = UpdateOptions()
     num_passes: int = 1
@@ -167,6 +171,7 @@ class ExportOptions:
 
     Args:
         checkpoint: Checkpoint of `dnf-pyg fit`, folder, or name of packaged weights.
+        data_set: Data set of a joint training whose statistics are used, if the checkpoint holds those of several.
         output: Folder to write; its name becomes the name of the weights.
         description: What the weights are for, a paragraph.
         sources: Markdown file with training data, licences and credits.
@@ -181,6 +186,7 @@ class ExportOptions:
     description: str
     sources: Path
     recipe: Path
+    data_set: str | None = None
     licence: str = "MIT"
     benchmark: Path | None = None
 

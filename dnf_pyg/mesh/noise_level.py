@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from torch import Tensor
 
-from dnf_pyg.mesh.geometry import vertex_normals
+from dnf_pyg.mesh.flatness import pair_deviations
 from dnf_pyg.mesh.topology import Topology
-from dnf_pyg.mesh.vertex_graph import lazy_walk
+from dnf_pyg.mesh.vertex_graph import lazy_walk, smoothed_normals
 
 __all__ = ["NoiseEstimate", "estimate_noise", "estimate_noise_level"]
 
@@ -94,7 +94,7 @@ def estimate_noise(pos: Tensor, face: Tensor, topology: Topology | None = None) 
     used = np.unique(face.numpy())
     centred = ((pos - pos[used].mean(dim=0)) / unit).numpy()
     walk = lazy_walk(topology.edges, len(pos))
-    high, middle = _responses(walk, centred, _smooth(walk, vertex_normals(pos, face).numpy()), used)
+    high, middle = _responses(walk, centred, smoothed_normals(walk, pos, face), used)
     flatness = _flatness(centred, face.numpy(), _QUANTILE)
     coarse = (middle > _COARSE and flatness < high / 2) or len(used) < _FEW
     if not coarse:
@@ -128,14 +128,6 @@ def estimate_noise_level(pos: Tensor, face: Tensor, topology: Topology | None = 
     return estimate_noise(pos, face, topology).level
 
 
-def _smooth(walk: csr_array, normal: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Average unit normals (V, 3) over the neighbours three times."""
-    for _ in range(3):
-        normal = walk @ normal
-        normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
-    return normal
-
-
 def _responses(
     walk: csr_array, pos: NDArray[np.float64], normal: NDArray[np.float64], used: NDArray[np.int64]
 ) -> tuple[float, float]:
@@ -159,25 +151,8 @@ def _responses(
 
 
 def _flatness(pos: NDArray[np.float64], face: NDArray[np.int64], quantile: float) -> float:
-    """Deviation of pairs of adjacent faces from a plane, as the standard deviation of white noise that explains it.
-
-    The lines through the shared edge and through the opposite vertices of a pair would meet in a plane. Their
-    distance is linear in the four vertices, with weights that follow from the points where the lines are closest.
-    """
-    start, end = face.ravel(), np.roll(face, -1, axis=0).ravel()
-    opposite = np.roll(face, -2, axis=0).ravel()
-    code = np.minimum(start, end) * (int(face.max()) + 1) + np.maximum(start, end)
-    order = np.argsort(code, kind="stable")
-    _, first, count = np.unique(code[order], return_index=True, return_counts=True)
-    one = order[first[count == 2]]
-    two = order[first[count == 2] + 1]
-    if not len(one):
+    """Deviation of pairs of adjacent faces from a plane, as the standard deviation of white noise that explains it."""
+    deviation = pair_deviations(pos, face).deviation
+    if not len(deviation):
         return np.inf
-    a, b, c, d = pos[start[one]], pos[end[one]], pos[opposite[one]], pos[opposite[two]]
-    across = np.cross(b - a, d - c)
-    squared = np.maximum((across**2).sum(axis=1), 1e-300)
-    distance = np.abs(((c - a) * across).sum(axis=1)) / np.sqrt(squared)
-    along = (np.cross(c - a, d - c) * across).sum(axis=1) / squared  # where the lines are closest: a + along (b - a)
-    between = (np.cross(c - a, b - a) * across).sum(axis=1) / squared  # and c + between (d - c)
-    weight = np.sqrt((1 - along) ** 2 + along**2 + (1 - between) ** 2 + between**2)
-    return float(np.quantile(distance / weight, quantile, method="lower") / NormalDist().inv_cdf((1 + quantile) / 2))
+    return float(np.quantile(deviation, quantile, method="lower") / NormalDist().inv_cdf((1 + quantile) / 2))

@@ -1,10 +1,13 @@
 """The graph whose nodes are the vertices of a mesh and whose links are its edges, as SciPy matrices."""
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.sparse import coo_array, csr_array, diags_array
 from torch import Tensor
 
-__all__ = ["lazy_walk", "vertex_adjacency"]
+from dnf_pyg.mesh.geometry import vertex_normals
+
+__all__ = ["lazy_walk", "smoothed_normals", "vertex_adjacency"]
 
 
 def vertex_adjacency(edge: Tensor, num_vertices: int) -> csr_array:
@@ -59,3 +62,27 @@ def lazy_walk(edge: Tensor, num_vertices: int) -> csr_array:
     degree = np.diff(adjacency.indptr)
     stay = np.where(degree > 0, 0.5, 1.0)
     return csr_array(diags_array(stay) + diags_array(0.5 / np.maximum(degree, 1)) @ adjacency)
+
+
+def smoothed_normals(walk: csr_array, pos: Tensor, face: Tensor) -> NDArray[np.float64]:
+    """Average the vertex normals over the neighbours three times.
+
+    Args:
+        walk: See :func:`lazy_walk`, (V, V).
+        pos: Vertex positions, (V, 3), model units.
+        face: Vertices of each face, (3, F).
+
+    Returns:
+        Normals, (V, 3), unit length; zero where those of the neighbours cancel.
+
+    Example:
+        >>> import torch
+        >>> pos, face = torch.eye(3), torch.tensor([[0], [1], [2]])
+        >>> smoothed_normals(lazy_walk(torch.tensor([[0, 0, 1], [1, 2, 2]]), 3), pos, face)[0].round(2)
+        array([0.58, 0.58, 0.58])
+    """
+    normal = vertex_normals(pos.double(), face).numpy()
+    for _ in range(3):
+        normal = walk @ normal
+        normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
+    return normal

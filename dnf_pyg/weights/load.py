@@ -174,7 +174,7 @@ def _statistics(path: Path, checkpoint: dict[str, Any], data_set: str | None) ->
         return {}
     if data_set not in names:
         expected = f"one of {', '.join(names)}" if names else "left out, since no statistics are kept by name"
-        raise WeightsError(f"Expected 'data_set' to be {expected} (got {data_set!r} for '{path}'). Change it.")
+        raise WeightsError(f"Expected 'data_set' to be {expected} (got {data_set!r} for '{path}'). Change data_set.")
     values = [state.get(f"statistics.values_{row}") for row in range(len(tensors))]
     if not all(isinstance(value, Tensor) and value.shape[:1] == (len(names),) for value in values):
         raise WeightsError(f"Expected statistics of {', '.join(names)} (got '{path}' without some). Copy it again.")

@@ -1,9 +1,11 @@
 import pytest
 import torch
+import trimesh
 from lightning.pytorch import Callback, Trainer, seed_everything
 from lightning.pytorch.callbacks import EMAWeightAveraging, ModelCheckpoint
 from lightning.pytorch.loggers import CSVLogger
 
+from dnf_pyg.cli import main
 from dnf_pyg.datamodules import CleanMeshesDataModule, JointDataModule, LoaderOptions, PairsDataModule
 from dnf_pyg.errors import DataError, WeightsError
 from dnf_pyg.nn import DNFNet
@@ -74,7 +76,7 @@ def test_predicts_every_test_patch_of_each_data_set(clean_folder, pair_folders, 
                 torch.testing.assert_close(normal, {name: net(**net.gather(batch))})
 
 
-def test_a_checkpoint_of_several_statistics_asks_for_the_data_set(clean_folder, pair_folders, tmp_path):
+def test_a_checkpoint_of_several_statistics_asks_for_the_data_set(clean_folder, pair_folders, tmp_path, capsys):
     module, trainer = fit(joint(clean_folder, pair_folders), tmp_path, separate_statistics=["clean", "pairs"])
     path = tmp_path / "joint.ckpt"
     trainer.save_checkpoint(path)
@@ -84,6 +86,11 @@ def test_a_checkpoint_of_several_statistics_asks_for_the_data_set(clean_folder, 
     states = {name: load_network(path, data_set=name).state_dict() for name in ("clean", "pairs")}
     for name, state in states.items():
         torch.testing.assert_close(state, module.network_for(name).state_dict(), rtol=0, atol=0)
+    trimesh.creation.icosphere(subdivisions=2).export(tmp_path / "ball.ply")
+    words = ["denoise", str(tmp_path / "ball.ply"), "-o", str(tmp_path / "out.ply"), "--weights", str(path)]
+    assert main(words) == 2
+    assert "'data_set' to be one of clean, pairs (got None" in capsys.readouterr().err
+    assert main([*words, "--data_set", "pairs"]) == 0
     key = "embedding.fuse.norms.0.module.running_mean"
     assert not torch.allclose(states["clean"][key], states["pairs"][key])
     content = torch.load(path, weights_only=True)

@@ -1,0 +1,182 @@
+"""Noise around each vertex of a mesh, and how much of a change of the facet normals it explains."""
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import connected_components
+from torch import Tensor
+
+from dnf_pyg.mesh.flatness import pair_deviations
+from dnf_pyg.mesh.geometry import angular_difference, edge_lengths, face_areas, face_normals
+from dnf_pyg.mesh.noise_level import NoiseEstimate, estimate_noise
+from dnf_pyg.mesh.topology import Topology
+from dnf_pyg.mesh.vertex_graph import lazy_walk, smoothed_normals
+
+__all__ = ["LocalNoise"]
+
+_STEPS = 20  # of the lazy walk: means over about 60 vertices
+_CORRELATED = 0.5  # correlation from which noise bends pairs of faces less than it displaces them
+_WEAKEST = 0.01  # noise that can be told from the shape, relative to the shortest edge at a vertex
+_FEW = 32  # vertices of a piece of which nothing can be told
+_WITHIN = 2.5  # standard deviations up to which the deviation of a pair counts as noise, not as an edge
+_BEYOND = 10.0  # ratio of an angle to that of the noise from which it makes no difference how large it is
+_ROUNDS = 3
+
+_MEAN = 0.7979  # of half-normal values, relative to the standard deviation
+_ROOT = 0.8221  # mean of their square roots
+_CUT = 0.9546  # root mean square of those within 2.5
+_ANGLE = 0.8862  # mean angle between a noisy and the clean normal, relative to the root mean square
+
+
+class LocalNoise:
+    r"""Standard deviation of the noise around each vertex.
+
+    Two readings are made around each vertex, and the smaller one counts, since each of them also takes something else
+    for noise. The high-pass filter of :func:`~dnf_pyg.mesh.noise_level.estimate_noise` suppresses smooth shapes, but
+    responds to sharp edges. The deviations of pairs of adjacent faces from a plane respond to curvature; but where
+    part of the pairs are flat, those at edges stand out and are left out. For correlated noise, which bends pairs
+    less, the level of the whole mesh counts if it is larger.
+
+    Noise displaces the vertices of a face independently, so it turns the normal of a face with heights h by about
+
+    .. math::
+        \tan t = s + s^3, \qquad s^2 = \sum_i \sigma_i^2 / h_i^2.
+
+    The cube stands for strong noise, which also displaces vertices along the surface and reads weaker than it is.
+    A filter that removes noise turns normals back by as much. One that flattens an edge or bends a plane turns them
+    further, whatever the shape of the faces.
+
+    Args:
+        pos: Vertex positions, (V, 3), model units.
+        face: Vertices of each face, (3, F).
+        topology: Connectivity of the mesh; computed if not given.
+
+    Attributes:
+        estimate: Level and correlation of the whole mesh.
+        sigma: Standard deviation around each vertex, (V,) float64, model units; 0 for a mesh without noise.
+        certain: Whether the noise there is strong enough to be told from the shape, (V,) bool. Below 0.01 of the
+            shortest edge it is not, and the fewer vertices a piece of the mesh has, the stronger it has to be; none
+            is with fewer than 32.
+
+    Example:
+        >>> pos = torch.tensor([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]])
+        >>> noise = LocalNoise(pos, torch.tensor([[0, 1], [1, 3], [2, 2]]))
+        >>> noise.sigma.tolist(), noise.certain.any().item()
+        ([0.0, 0.0, 0.0, 0.0], False)
+    """
+
+    estimate: NoiseEstimate
+    sigma: Tensor
+    certain: Tensor
+
+    def __init__(self, pos: Tensor, face: Tensor, topology: Topology | None = None) -> None:
+        pos, face = pos.detach().cpu().double(), face.cpu()
+        topology = topology or Topology(face, len(pos))
+        self._pos, self._face = pos - pos[face.unique()].mean(dim=0), face
+        self._walk = lazy_walk(topology.edges, len(pos))
+        self._unit = max(float(topology.mean_edge_length(pos)), 1e-300)
+        self.estimate = estimate_noise(pos, face, topology)
+        sigma = seen = np.zeros(len(pos))
+        if self.estimate.level > 0:
+            sharp, bent = self._high_pass(), self._bending()
+            correlated = self.estimate.correlation >= _CORRELATED
+            seen = sharp if correlated else np.minimum(sharp, bent)
+            sigma = np.maximum(np.minimum(sharp, bent), self._unit * self.estimate.level) if correlated else seen
+        self.sigma = torch.from_numpy(sigma)
+        self._shortest = torch.full_like(self.sigma, torch.inf)
+        for end in topology.edges:
+            self._shortest.scatter_reduce_(0, end, edge_lengths(self._pos, topology.edges), "amin")
+        self.certain = self._certain(torch.from_numpy(seen))
+
+    def unexplained(self, normal: Tensor, max_excess: float) -> Tensor:
+        """Mark the vertices, (V,) bool, whose :meth:`excess` for filtered normals (F, 3) is above a limit."""
+        return self.excess(normal) > max_excess
+
+    def excess(self, normal: Tensor) -> Tensor:
+        """Relate the angles between facet normals and filtered ones to those that the noise explains.
+
+        Args:
+            normal: Filtered normals, (F, 3), unit length.
+
+        Returns:
+            Mean ratio around each vertex, (V,) float64: about 1 where noise was removed, up to 11 where more was
+            changed; infinite where the noise is not certain.
+        """
+        angle = angular_difference(normal, face_normals(self._pos, self._face)).double()
+        ratio = (angle / self.tilt()).clamp(max=_BEYOND)
+        total = torch.zeros(len(self._pos), 2, dtype=torch.float64)
+        for corner in self._face:
+            total.index_add_(0, corner, torch.stack([ratio, torch.ones_like(ratio)], dim=1))
+        mean = self._around(total.numpy())
+        found = torch.from_numpy(_quotient(mean[:, 0], mean[:, 1])) / _ANGLE
+        return torch.where(self.certain, found, torch.inf)
+
+    def tilt(self) -> Tensor:
+        """Angles by which the noise turns the facet normals, (F,) float64, degrees; root mean squares."""
+        corner = self._pos[self._face]
+        opposite = (corner.roll(-1, dims=0) - corner.roll(-2, dims=0)).norm(dim=-1)
+        height = 2 * face_areas(self._pos, self._face) / opposite.clamp(min=1e-300)
+        tangent = (self.sigma[self._face] / height.clamp(min=1e-300)).square().sum(dim=0).sqrt()
+        return torch.rad2deg(torch.atan(tangent + tangent**3)).clamp(min=1e-12)
+
+    def _around(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Means of values (V, C) around each vertex."""
+        for _ in range(_STEPS):
+            values = self._walk @ values
+        return values
+
+    def _high_pass(self) -> NDArray[np.float64]:
+        """Reading of the high-pass filter, (V,)."""
+        noise = np.random.default_rng(0).standard_normal((len(self._pos), 4))
+        signal = np.concatenate([self._pos.numpy(), noise], axis=1)
+        for _ in range(4):
+            signal = signal - self._walk @ signal
+        along = np.abs((signal[:, :3] * smoothed_normals(self._walk, self._pos, self._face)).sum(axis=1))
+        white = _MEAN * np.sqrt(np.square(signal[:, 3:]).mean(axis=1))
+        mean = self._around(np.stack([along, white], axis=1))
+        return _quotient(mean[:, 0], mean[:, 1])
+
+    def _bending(self) -> NDArray[np.float64]:
+        """Reading of the flat ones among the pairs of adjacent faces, (V,); infinite where there are no pairs."""
+        face = self._face.numpy()
+        deviation, pair = pair_deviations(self._pos.numpy(), face)
+        if not len(deviation):
+            return np.full(len(self._pos), np.inf)
+        corner = face[:, pair].reshape(6, -1).T
+        spread = csr_array(
+            (np.ones(corner.size), corner.ravel(), np.arange(0, corner.size + 1, 6)), (len(corner), len(self._pos))
+        )
+        mean = self._around(spread.T @ np.stack([np.sqrt(deviation), np.ones(len(deviation))], axis=1))
+        near = mean[:, 1] > 1e-9
+        found = np.square(_quotient(mean[:, 0], mean[:, 1]) / _ROOT)
+        found *= _flat_share(_quotient(deviation, spread @ found / 6))
+        for _ in range(_ROUNDS):
+            flat = deviation <= _WITHIN * (spread @ found) / 6
+            mean = self._around(spread.T @ np.stack([flat * np.square(deviation), flat], axis=1))
+            found = np.where(mean[:, 1] > 1e-9, np.sqrt(_quotient(mean[:, 0], mean[:, 1])) / _CUT, found)
+        return np.where(near, found, np.inf)
+
+    def _certain(self, sigma: Tensor) -> Tensor:
+        ratio = (sigma / self._shortest.clamp(min=1e-300)).clamp(max=1.0).numpy()
+        piece = connected_components(self._walk, directed=False)[1]
+        size = np.bincount(piece)[piece]
+        needed = np.maximum((_FEW / size) ** 1.5, _WEAKEST)
+        return torch.from_numpy(self._around(ratio[:, None])[:, 0] >= needed)
+
+
+def _flat_share(value: NDArray[np.float64]) -> float:
+    """Standard deviation of the half-normal values in a mixture with larger ones, at most 1."""
+    quarter, half = np.quantile(value, [0.25, 0.5], method="lower")
+    found = quarter / 0.3186 if quarter > 0 else half / 0.6745  # rounded coordinates leave many pairs flat
+    for _ in range(50):
+        flat = value[value <= _WITHIN * found]
+        smaller = float(np.sqrt(np.square(flat).mean())) / _CUT
+        if smaller >= found:
+            break
+        found = smaller
+    return min(float(found), 1.0)
+
+
+def _quotient(value: NDArray[np.float64], by: NDArray[np.float64]) -> NDArray[np.float64]:
+    return value / np.maximum(by, 1e-300)
