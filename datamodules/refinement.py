@@ -1,5 +1,8 @@
 """What earlier networks of a cascade make of noisy meshes: the data of the network that follows."""
 
+from dataclasses import replace
+from math import inf
+
 import torch
 from torch import Tensor
 
@@ -26,7 +29,7 @@ class Refinement:
 
     def __init__(self, weights: str, update: UpdateOptions = UpdateOptions(), precision: str = "fp32") -> None:
         self.cascade = load_cascade(weights)
-        self.update = update
+        self.update = replace(update, max_excess=inf)  # the limit is for the end of the cascade
         self.filtering = FilterOptions(precision=precision)
 
     def __call__(self, pos: Tensor, face: Tensor) -> tuple[Tensor, Tensor]:

@@ -17,6 +17,7 @@ __all__ = ["LocalNoise"]
 
 _STEPS = 20  # of the lazy walk: means over about 60 vertices
 _CORRELATED = 0.5  # correlation from which noise bends pairs of faces less than it displaces them
+_UNSEEN = 2.5  # ratio of correlated noise to its estimate, which misses the part of long range
 _WEAKEST = 0.01  # noise that can be told from the shape, relative to the shortest edge at a vertex
 _FEW = 32  # vertices of a piece of which nothing can be told
 _WITHIN = 2.5  # standard deviations up to which the deviation of a pair counts as noise, not as an edge
@@ -36,7 +37,7 @@ class LocalNoise:
     for noise. The high-pass filter of :func:`~dnf_pyg.mesh.noise_level.estimate_noise` suppresses smooth shapes, but
     responds to sharp edges. The deviations of pairs of adjacent faces from a plane respond to curvature; but where
     part of the pairs are flat, those at edges stand out and are left out. For correlated noise, which bends pairs
-    less, the level of the whole mesh counts if it is larger.
+    less, a multiple of the level of the whole mesh counts if it is larger.
 
     Noise displaces the vertices of a face independently, so it turns the normal of a face with heights h by about
 
@@ -82,7 +83,8 @@ class LocalNoise:
             sharp, bent = self._high_pass(), self._bending()
             correlated = self.estimate.correlation >= _CORRELATED
             seen = sharp if correlated else np.minimum(sharp, bent)
-            sigma = np.maximum(np.minimum(sharp, bent), self._unit * self.estimate.level) if correlated else seen
+            level = _UNSEEN * self._unit * self.estimate.level
+            sigma = np.maximum(np.minimum(sharp, bent), level) if correlated else seen
         self.sigma = torch.from_numpy(sigma)
         self._shortest = torch.full_like(self.sigma, torch.inf)
         for end in topology.edges:

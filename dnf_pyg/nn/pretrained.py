@@ -98,13 +98,12 @@ class Pretrained:
         Raises:
             WeightsError: If the folder cannot be written.
         """
-        net, folder = cast("FilteringNetwork | Cascade", self), Path(folder)
+        networks, folder = cast("FilteringNetwork | Cascade", self).networks, Path(folder)
+        module = networks[0] if len(networks) == 1 else cast("Cascade", self)
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            save_file({name: value.contiguous() for name, value in net.state_dict().items()}, folder / _TENSORS)
-            (folder / _CONFIG).write_text(
-                json.dumps(describe_networks(net.networks), indent=1) + "\n", encoding="utf-8"
-            )
+            save_file({name: value.contiguous() for name, value in module.state_dict().items()}, folder / _TENSORS)
+            (folder / _CONFIG).write_text(json.dumps(describe_networks(networks), indent=1) + "\n", encoding="utf-8")
         except OSError as error:
             raise WeightsError(
                 f"Expected a folder that can be written (got '{folder}': {error.strerror}). Choose another one."

@@ -30,7 +30,7 @@ def test_round_trip_through_one_folder(cascade, tmp_path):
 
 def test_a_single_network_is_a_cascade_of_one(tmp_path):
     net = DNFNet(**SMALL).eval()
-    net.save_pretrained(tmp_path / "one")
+    Cascade([net]).save_pretrained(tmp_path / "one")
     assert net.networks == [net]
     assert fingerprint(load_cascade(tmp_path / "one")) == fingerprint(net)
     assert type(load_network(tmp_path / "one")) is DNFNet

@@ -16,8 +16,11 @@ def test_rotation_turns_both_alike(data):
 
 def test_rotation_turns_places_and_keeps_areas(data):
     area = torch.rand(500)
-    turned = RandomRotation(torch.Generator().manual_seed(1))(Data(x=data.x, pos=data.x, area=area))
+    turned = RandomRotation(torch.Generator().manual_seed(1))(
+        Data(x=data.x, pos=data.x, area=area, earlier=torch.stack([data.x, data.x], dim=1))
+    )
     torch.testing.assert_close(turned.pos, turned.x)
+    torch.testing.assert_close(turned.earlier, torch.stack([turned.x, turned.x], dim=1))
     assert torch.equal(turned.area, area)
 
 
