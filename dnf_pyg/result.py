@@ -90,6 +90,7 @@ class DenoiseResult:
         return {
             "Faces folded over": (str(self.flipped_before), str(self.flipped_after)),
             "Noise level (estimate, mean edge lengths)": (f"{self.noise.level:.3f}",),
+            "Correlation of the noise along edges (estimate)": (f"{self.noise.correlation:.2f}",),
             "Displacement, mean (mean edge lengths)": (f"{self.movement.mean():.3f}",),
             "Displacement, largest": (f"{self.movement.max():.3f}",),
             "Iterations of the vertex update": (f"{self.num_iterations}: {self.ended_by}",),

@@ -254,7 +254,7 @@ def test_interrupt_leaves_no_file(place, weights, monkeypatch, capsys, moment):
     def interrupt(*_, **__):
         signal.raise_signal(signal.SIGINT)
 
-    filtering = (sys.modules["dnf_pyg.pipeline"], "filter_normals")
+    filtering = (sys.modules["dnf_pyg.steps"], "filter_normals")
     monkeypatch.setattr(*(filtering if moment == "filtering" else (os, "replace")), interrupt)
     before = sorted(place.rglob("*"))
     status = main(["denoise", str(place / "noisy.ply"), "-o", str(place / "out.ply"), "--weights", str(weights)])

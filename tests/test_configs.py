@@ -11,7 +11,7 @@ from dnf_pyg.cli import main
 from dnf_pyg.datamodules import GeneratedDataModule
 from dnf_pyg.datamodules.options import LoaderOptions
 from dnf_pyg.datasets.pairing import split_pairs
-from dnf_pyg.nn import DNFNet
+from dnf_pyg.nn import DNFNet, SurfaceDNFNet
 from dnf_pyg.patches import PatchOptions
 
 CONFIGS = sorted((Path(__file__).resolve().parents[1] / "configs").glob("*.yaml"))
@@ -35,6 +35,10 @@ def small_inputs(path, tmp_path):
         net = getattr(dnf_pyg.nn, content["model"]["net"]["class_path"].rsplit(".", 1)[1])
         net(**{**content["model"]["net"]["init_args"], **small}).save_pretrained(tmp_path / "initial")
         content["model"]["initial_weights"] = "initial"
+    refinement = content["data"]["init_args"].get("refinement", {}).get("init_args", {})
+    if refinement:
+        SurfaceDNFNet(k=(3, 5), channels=(4, 4), embedding_channels=4, residual_k=4).save_pretrained(tmp_path / "first")
+        refinement["weights"] = "first"
     target = tmp_path / path.name
     target.write_text(yaml.safe_dump(content))
     return target
@@ -59,6 +63,9 @@ def test_config_fits(path, cnr_folder, tmp_path, monkeypatch):
         options = {**small, "root": cnr_folder / "Synthetic/train/original", "names": "null", "cache": cache}
     elif config["class_path"].endswith("DepthCameraDataModule"):
         options = {**small, "root": cnr_folder / "Synthetic/train/original", "num_views": 1, "cache": cache}
+    elif config["class_path"].endswith("PairsDataModule"):
+        folder = cnr_folder / "Synthetic/train"
+        options = {**small, "noisy": folder / "noisy", "clean": folder / "original", "cache": cache}
     else:
         options = {**small, "root": tmp_path / "data", "num_faces": 500, "num_meshes": 2}
     words = [f"--data.{key}={value}" for key, value in options.items()]

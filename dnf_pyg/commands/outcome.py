@@ -42,6 +42,7 @@ class Outcome:
             "num_faces": mesh.face.size(1),
             "noise_level": result.noise.level,
             "noise_correlation": result.noise.correlation,
+            "noise_is_correlated": result.noise.is_correlated,
             "mean_move": float(moved.mean()),
             "largest_move": float(moved.max()),
             "flipped_before": result.flipped_before,
@@ -68,6 +69,11 @@ def outcome_text(values: dict[str, Any]) -> list[str]:
         f"noise level about {values['noise_level']:.2f}, vertices moved by {values['mean_move']:.2f} on average",
         f"vertex update of {values['num_iterations']} iterations: {values['ended_by']}",
     ]
+    if values["noise_is_correlated"]:
+        lines.append(
+            f"the noise is alike at neighbouring vertices (correlation about {values['noise_correlation']:.2f}), so "
+            "defaults for scans apply; those for independent noise are --num_coarser 0 --max_correlation -0.03"
+        )
     if "before" in values:
         lines += [
             f"theta of the noisy mesh        {values['before']['theta']:7.3f} degrees",

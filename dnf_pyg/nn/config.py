@@ -124,7 +124,8 @@ def check_same_network(description: object, net: "FilteringNetwork", origin: str
     """
     name, arguments, _ = _read(description, origin)
     own = {"network": type(net).__name__, **net.arguments}
-    stored = {"network": name, **arguments}
+    defaults = {key: entry.default for key, entry in inspect.signature(NETWORKS[name]).parameters.items()}
+    stored = {"network": name, **defaults, **arguments}  # older descriptions lack the arguments that were added since
     differing = [key for key in own if stored.get(key) != own[key]]
     if differing:
         listed = ", ".join(f"{key}: {stored.get(key)} in the file, {own[key]} here" for key in differing)

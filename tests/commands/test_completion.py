@@ -19,7 +19,7 @@ def completed(script, *words):
         (["de"], ["demo", "denoise"]),
         (["denoise", "a.ply", "--stren"], ["--strength"]),
         (["denoise", "--num_p"], ["--num_passes"]),
-        (["experiment", "sc"], ["scores"]),
+        (["experiment", "se"], ["series"]),
         (["experiment", "series", "--me"], ["--meshes"]),
         (["weights", "ex"], ["export"]),
         (["weights", "export", "--li"], ["--licence"]),

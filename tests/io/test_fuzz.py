@@ -11,7 +11,7 @@ import trimesh
 
 from dnf_pyg.cli import main
 from dnf_pyg.io import read_mesh, write_mesh
-from dnf_pyg.nn import DNFNet
+from dnf_pyg.nn import Cascade, DNFNet
 
 FILES = int(os.environ.get("DNF_FUZZ_FILES", "2000"))  # over all formats; about half a minute
 
@@ -58,7 +58,7 @@ def network(monkeypatch):
     """A network that takes no time, read once."""
     torch.manual_seed(0)
     net = DNFNet(k=(2, 3, 3), channels=(4, 4, 4), embedding_channels=4, residual_k=2).eval()
-    monkeypatch.setattr("dnf_pyg.commands.denoise.load_network", lambda _: net)
+    monkeypatch.setattr("dnf_pyg.commands.denoise.load_cascade", lambda *_: Cascade([net]))
 
 
 def test_mutated_files(originals, network, tmp_path, capsys, record_testsuite_property):

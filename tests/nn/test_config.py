@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from dnf_pyg.errors import WeightsError
 from dnf_pyg.nn import DNFNet, SurfaceDNFNet
-from dnf_pyg.nn.config import build_network, describe_network
+from dnf_pyg.nn.config import build_network, check_same_network, describe_network
 
 SMALL = {"k": [2, 4, 6], "residual_k": 3, "channels": [8, 8, 16], "embedding_channels": 8}
 
@@ -145,3 +145,12 @@ def test_any_change_is_refused_or_builds_the_same_layers(entry, value):
     except WeightsError:
         return
     torch.testing.assert_close(net.state_dict(), state, rtol=0, atol=0)
+
+
+def test_older_descriptions_lack_what_was_added_since():
+    net = SurfaceDNFNet(**SMALL)
+    description = describe_network(net)
+    del description["arguments"]["num_earlier"]
+    check_same_network(description, net, "here")
+    with pytest.raises(WeightsError, match=r"got num_earlier: 0 in the file, 2 here"):
+        check_same_network(description, SurfaceDNFNet(**SMALL, num_earlier=2), "here")

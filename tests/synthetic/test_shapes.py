@@ -107,5 +107,5 @@ def test_relief_has_waves_of_a_few_edges():
         pos, face = SHAPES["relief"](generator(seed), 900)
         angle = trimesh.Trimesh(pos, face.t(), process=False).face_adjacency_angles
         waves.append(float(torch.rad2deg(torch.tensor(angle)).median()))
-    assert min(waves) > 3  # everywhere, unlike the flat and smooth sides of the solid below
+    assert min(waves) > 2.5  # everywhere, unlike the flat and smooth sides of the solid below
     assert max(waves) < 60
