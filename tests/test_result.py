@@ -9,8 +9,10 @@ from dnf_pyg.result import DenoiseResult
 def result_of(noisy, pos, face):
     mesh = trimesh.Trimesh(pos.numpy(), face.t().numpy(), process=False)
     ones = torch.ones(face.size(1))
-    return DenoiseResult(mesh, pos, face, ones[:, None], 2 * ones, ones, NoiseEstimate(0.25, 0.5), 3, 1, {"network": 1.5, "update": 0.25},
-                         ["A warning <b>."], 7, "it was enough", noisy, 0.0)  # fmt: skip
+    return DenoiseResult(
+        mesh, pos, face, ones[:, None], 2 * ones, ones, NoiseEstimate(0.25, 0.5), 3, 1,
+        {"network": 1.5, "update": 0.25}, ["A warning <b>."], 7, "it was enough", noisy, 0.0,
+    )  # fmt: skip
 
 
 def test_movement_is_in_mean_edge_lengths(cube_mesh):
