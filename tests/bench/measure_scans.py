@@ -50,10 +50,10 @@ def main(folder, weights):
             rows[path.stem] = row = measure(path, weights)
             if len(rows) == 1:
                 print("| |", " | ".join(row), "|\n| --- |", "---: | " * len(row))
-            print(f"| {path.stem} |", " | ".join(f"{value:.4g}" for value in row.values()), "|", flush=True)
+            print(f"| {path.stem} |", " | ".join(f"{value:.5g}" for value in row.values()), "|", flush=True)
     for prefix in ("ycb_", ""):
         chosen = [list(row.values()) for name, row in rows.items() if name.startswith(prefix)]
-        print(f"| mean of {len(chosen)} |", " | ".join(f"{value:.4g}" for value in np.mean(chosen, axis=0)), "|")
+        print(f"| mean of {len(chosen)} |", " | ".join(f"{value:.5g}" for value in np.mean(chosen, axis=0)), "|")
 
 
 if __name__ == "__main__":
