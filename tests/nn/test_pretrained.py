@@ -34,7 +34,7 @@ def test_another_class_is_named(folder):
 
 def test_packaged_weights_come_before_any_network(monkeypatch):
     monkeypatch.setattr("huggingface_hub.snapshot_download", lambda *a, **k: pytest.fail("asked the hub"))
-    assert SurfaceDNFNet.from_pretrained("best").noise_range == (0.03, 0.5)
+    assert SurfaceDNFNet.from_pretrained("best").noise_range == (0.0, 0.5)
     assert set(packaged_weights()) >= {"best", "synthetic"}
 
 
