@@ -87,12 +87,13 @@ class DenoiseResult:
 
     def figures(self) -> dict[str, tuple[str, ...]]:
         """Figures for readers: a value, or one before and one after, by name."""
+        movement = self.movement
         return {
             "Faces folded over": (str(self.flipped_before), str(self.flipped_after)),
             "Noise level (estimate, mean edge lengths)": (f"{self.noise.level:.3f}",),
             "Correlation of the noise along edges (estimate)": (f"{self.noise.correlation:.2f}",),
-            "Displacement, mean (mean edge lengths)": (f"{self.movement.mean():.3f}",),
-            "Displacement, largest": (f"{self.movement.max():.3f}",),
+            "Displacement, mean (mean edge lengths)": (f"{movement.mean():.3f}",),
+            "Displacement, largest": (f"{movement.max():.3f}",),
             "Iterations of the vertex update": (f"{self.num_iterations}: {self.ended_by}",),
             "Patches per face": (f"{self.coverage.double().mean():.2f}",),
             "Agreement of overlapping patches": (f"{self.confidence.double().mean():.1%}",),

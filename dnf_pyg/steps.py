@@ -60,27 +60,25 @@ class Steps:
             fixed: Vertices that stay in place, (V,) bool.
             topology: Connectivity of the mesh.
         """
-        num_coarser = self.filtering.coarser_versions(self.is_correlated)
-        return self._level(pos, face, fixed, topology, num_coarser, self.num_passes)
+        return self._level(pos, face, fixed, topology, self.filtering.coarser_versions(self.is_correlated))
 
     def _level(
-        self, origin: Tensor, face: Tensor, fixed: Tensor, topology: Topology, num_coarser: int, num_passes: int
+        self, origin: Tensor, face: Tensor, fixed: Tensor, topology: Topology, num_coarser: int
     ) -> tuple[Tensor, FusedNormals]:
         pos = origin
         if num_coarser and face.size(1) * _SHARE >= _FEWEST_FACES:
             coarse = coarsen(origin, face, _SHARE)
             self.watch.lap("coarsen")
             free, below = torch.zeros(len(coarse.pos), dtype=torch.bool), Topology(coarse.face, len(coarse.pos))
-            moved, _ = replace(self, progress=lambda done, total: None)._level(
-                coarse.pos, coarse.face, free, below, num_coarser - 1, num_passes=1
-            )
+            once = replace(self, num_passes=1, progress=lambda done, total: None)
+            moved, _ = once._level(coarse.pos, coarse.face, free, below, num_coarser - 1)
             move = coarse.prolong(moved - coarse.pos)
             limit = self._limit * topology.mean_edge_length(origin)
             move = move * (limit / move.norm(dim=1, keepdim=True).clamp(min=1e-300)).clamp(max=1)
             pos = origin + torch.where(fixed[:, None], 0.0, move)
         networks = self.cascade.networks
         start, normal = pos, torch.empty(0)
-        for turn in range(num_passes):
+        for turn in range(self.num_passes):
             given = filled_face_normals(pos, face)
             for row, net in enumerate(networks):
                 number = turn * len(networks) + row
@@ -91,7 +89,7 @@ class Steps:
                     replace(self.filtering, seed=(self.filtering.seed + number) % 2**63),
                     earlier=torch.stack([normal, given], dim=1) if row > 0 else None,
                     topology=topology,
-                    progress=part_of(self.progress, number, num_passes * len(networks)),
+                    progress=part_of(self.progress, number, self.num_passes * len(networks)),
                     watch=self.watch,
                 )
                 normal = fused.normal.double()

@@ -6,7 +6,7 @@ from numba import njit
 from numpy.typing import NDArray
 from torch import Tensor
 
-__all__ = ["boundary_vertices", "edge_adjacent", "one_ring", "one_ring_csr", "vertex_faces"]
+__all__ = ["boundary_vertices", "edge_adjacent", "one_ring", "one_ring_csr", "opposite_half_edges", "vertex_faces"]
 
 Ints = NDArray[np.int64]
 
@@ -101,6 +101,28 @@ def edge_adjacent(face: Tensor) -> Tensor:
     both = torch.cat([torch.cat(found, dim=1), torch.cat(found, dim=1).flip(0)], dim=1)
     key = (both[1] * num_faces + both[0]).unique()
     return torch.stack([key % num_faces, key // num_faces])
+
+
+def opposite_half_edges(face: Ints) -> tuple[Ints, Ints]:
+    """List the edges that exactly two faces have, as the half-edges of these faces.
+
+    Half-edge h belongs to face h % F and leads from the vertex in row h // F to that in the next row.
+
+    Args:
+        face: Vertices of each face, shape (3, F), array.
+
+    Returns:
+        Both half-edges of each edge, shape (E,) each, the one of the upper row of ``face`` first.
+
+    Example:
+        >>> opposite_half_edges(np.array([[0, 1], [1, 3], [2, 2]]))
+        (array([2]), array([5]))
+    """
+    start, end = face.ravel(), np.roll(face, -1, axis=0).ravel()
+    code = np.minimum(start, end) * (int(face.max(initial=0)) + 1) + np.maximum(start, end)
+    order = np.argsort(code, kind="stable")
+    _, first, count = np.unique(code[order], return_index=True, return_counts=True)
+    return order[first[count == 2]], order[first[count == 2] + 1]
 
 
 def boundary_vertices(face: Tensor, num_vertices: int) -> Tensor:

@@ -5,6 +5,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from dnf_pyg.mesh.adjacency import opposite_half_edges
+
 __all__ = ["PairDeviations", "pair_deviations"]
 
 
@@ -37,13 +39,8 @@ def pair_deviations(pos: NDArray[np.float64], face: NDArray[np.int64]) -> PairDe
         >>> deviation.round(4).tolist(), pair.ravel().tolist()
         ([0.01], [1, 0])
     """
-    start, end = face.ravel(), np.roll(face, -1, axis=0).ravel()
-    opposite = np.roll(face, -2, axis=0).ravel()
-    code = np.minimum(start, end) * (int(face.max(initial=0)) + 1) + np.maximum(start, end)
-    order = np.argsort(code, kind="stable")
-    _, first, count = np.unique(code[order], return_index=True, return_counts=True)
-    one = order[first[count == 2]]
-    two = order[first[count == 2] + 1]
+    start, end, opposite = (np.roll(face, -turn, axis=0).ravel() for turn in range(3))
+    one, two = opposite_half_edges(face)
     a, b, c, d = pos[start[one]], pos[end[one]], pos[opposite[one]], pos[opposite[two]]
     across = np.cross(b - a, d - c)
     squared = np.maximum((across**2).sum(axis=1), 1e-300)

@@ -87,8 +87,9 @@ class LocalNoise:
             sigma = np.maximum(np.minimum(sharp, bent), level) if correlated else seen
         self.sigma = torch.from_numpy(sigma)
         self._shortest = torch.full_like(self.sigma, torch.inf)
+        length = edge_lengths(self._pos, topology.edges)
         for end in topology.edges:
-            self._shortest.scatter_reduce_(0, end, edge_lengths(self._pos, topology.edges), "amin")
+            self._shortest.scatter_reduce_(0, end, length, "amin")
         self.certain = self._certain(torch.from_numpy(seen))
 
     def unexplained(self, normal: Tensor, max_excess: float) -> Tensor:

@@ -9,6 +9,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from torch import Tensor
 
+from dnf_pyg.mesh.adjacency import opposite_half_edges
 from dnf_pyg.mesh.weld import coincident_rows
 
 __all__ = ["ConsistentFaces", "consistent_faces"]
@@ -77,11 +78,8 @@ def _turned(face: Ints) -> Flags:
     of a part are then apart, unless it has no winding.
     """
     num = face.shape[1]
-    start, end = face.ravel(), np.roll(face, -1, axis=0).ravel()
-    code = np.minimum(start, end) * (int(face.max(initial=0)) + 1) + np.maximum(start, end)
-    order = np.argsort(code, kind="stable")
-    _, at, count = np.unique(code[order], return_index=True, return_counts=True)
-    one, two = order[at[count == 2]], order[at[count == 2] + 1]
+    start = face.ravel()
+    one, two = opposite_half_edges(face)
     alike = start[one] != start[two]  # neighbours go along their edge in opposite directions
     if alike.all():
         return np.zeros(num, dtype=bool)

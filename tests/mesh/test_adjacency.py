@@ -4,6 +4,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from dnf_pyg.mesh import boundary_vertices, edge_adjacent, one_ring, vertex_faces
+from dnf_pyg.mesh.adjacency import opposite_half_edges
 
 FAULTY = {
     "fin": torch.tensor([[0, 0, 0], [1, 1, 1], [2, 3, 4]]),  # three faces at edge 0-1
@@ -119,3 +120,16 @@ def test_no_faces():
     assert one_ring(face, 2).shape == edge_adjacent(face).shape == (2, 0)
     assert vertex_faces(face, 2)[0].tolist() == [0, 0, 0]
     assert not boundary_vertices(face, 2).any()
+
+
+def test_opposite_half_edges_match_a_loop_over_edges(cube_mesh):
+    _, face = cube_mesh
+    corner = face[:, 1:].numpy()  # with a hole
+    around = {}
+    for h in range(corner.size):
+        row, f = divmod(h, corner.shape[1])
+        around.setdefault(frozenset((int(corner[row, f]), int(corner[(row + 1) % 3, f]))), []).append(h)
+    expected = sorted(tuple(both) for both in around.values() if len(both) == 2)
+    one, two = opposite_half_edges(corner)
+    assert sorted(zip(one.tolist(), two.tolist(), strict=True)) == expected
+    assert len(expected) == len(around) - 3
