@@ -1,0 +1,146 @@
+"""Faces that are flipped against the normals that they should have."""
+
+import numpy as np
+import torch
+from numba import njit
+from numpy.typing import NDArray
+from torch import Tensor
+
+from dnf_pyg.mesh.geometry import face_normals
+
+__all__ = ["flipped_faces", "revert_flips", "unfold", "without_flips"]
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Flags = NDArray[np.bool_]
+
+_MOST_ROUNDS = 20  # nearly all folds open in three
+
+
+def flipped_faces(pos: Tensor, face: Tensor, normal: Tensor) -> Tensor:
+    """Mark the faces that are flipped against given normals.
+
+    Args:
+        pos: Vertex positions, (V, 3).
+        face: Vertices of each face, (3, F).
+        normal: Facet normals that they should have, (F, 3).
+
+    Returns:
+        Mask, (F,) bool, of the faces at more than 90 degrees to their normal.
+
+    Examples:
+        >>> pos = torch.tensor([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
+        >>> flipped_faces(pos, torch.tensor([[0], [1], [2]]), torch.tensor([[0.0, 0.6, -0.8]]))
+        tensor([True])
+    """
+    return (face_normals(pos, face) * normal.to(pos)).sum(dim=-1) < 0
+
+
+def without_flips(pos: Tensor, before: Tensor, face: Tensor, normal: Tensor) -> Tensor:
+    """Revert the movement of vertices where it has flipped a face.
+
+    Args:
+        pos: Vertex positions after the movement, (V, 3).
+        before: Vertex positions before the movement, (V, 3).
+        face: Vertices of each face, (3, F).
+        normal: Target facet normals, (F, 3).
+
+    Returns:
+        Positions, (V, 3), each from ``pos`` or ``before``, in which only faces that were flipped before are flipped
+        against their target normal.
+
+    Examples:
+        >>> before = torch.tensor([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]])
+        >>> folded = torch.tensor([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0.1, 0.1, 0]])
+        >>> face = torch.tensor([[0, 1], [1, 3], [2, 2]])
+        >>> without_flips(folded, before, face, torch.tensor([[0.0, 0, 1], [0, 0, 1]]))[3].tolist()
+        [1.0, 1.0, 0.0]
+    """
+    center = before.mean(dim=0)
+    start, moved = ((where - center).detach().cpu().double().numpy() for where in (before, pos))
+    upright = moved.copy()
+    corner = np.ascontiguousarray(face.cpu().t().numpy())
+    revert_flips(upright, start, corner, np.ascontiguousarray(normal.detach().cpu().double().numpy()))
+    stays = torch.from_numpy((upright == moved).all(axis=1)).to(pos.device)
+    return torch.where(stays[:, None], pos, before)
+
+
+def unfold(pos: Floats, face: Ints, normal: Floats, fixed: Flags, origin: Floats, max_move: float) -> Floats:
+    """Open the folds that noise along the surface has made.
+
+    The vertices of flipped faces move along the surface to the mean of their neighbours. The vertex update cannot do
+    this, because it moves vertices across the surface only.
+
+    Args:
+        pos: Vertex positions, (V, 3).
+        face: Vertices of each face, (F, 3).
+        normal: Target facet normals, (F, 3).
+        fixed: Vertices that stay in place, (V,).
+        origin: Positions that displacements are measured from, (V, 3).
+        max_move: Largest displacement of a vertex, model units.
+
+    Returns:
+        Positions, (V, 3), in which only faces that were flipped before are flipped against their target normal. The
+        vertices of folds that do not open within the limit stay in place.
+
+    Examples:
+        >>> pos = np.array([[0.0, 0, 0], [3, 0, 0], [0, 3, 0], [2, 2, 0]])  # the last one should lie between the others
+        >>> face, up = np.array([[0, 1, 3], [1, 2, 3], [2, 0, 3]]), np.array([[0.0, 0, 1]] * 3)
+        >>> unfold(pos, face, up, np.array([True, True, True, False]), pos, 2.0)[3]
+        array([1., 1., 0.])
+    """
+    opened = pos.copy()
+    for _ in range(_MOST_ROUNDS):
+        folded = _flipped(opened, face, normal)
+        if not folded.any():
+            break
+        moving = np.zeros(len(pos), dtype=bool)
+        moving[face[folded]] = True
+        moving &= ~fixed
+        near = moving[face].any(axis=1)
+        step, axis, count = np.zeros_like(pos), np.zeros_like(pos), np.zeros((len(pos), 1))
+        total = opened[face[near]].sum(axis=1)
+        for corner in face[near].T:
+            np.add.at(step, corner, total - 3 * opened[corner])  # to the two other corners
+            np.add.at(axis, corner, normal[near])
+            np.add.at(count, corner, 2)
+        step, axis = step[moving] / count[moving], axis[moving]
+        axis /= np.maximum(np.linalg.norm(axis, axis=1, keepdims=True), 1e-12)
+        opened[moving] += step - (step * axis).sum(axis=1, keepdims=True) * axis
+    for stuck in (face[_flipped(opened, face, normal)], np.linalg.norm(opened - origin, axis=1) > max_move):
+        opened[stuck] = pos[stuck]
+    revert_flips(opened, pos, face, normal)
+    return opened
+
+
+def _flipped(pos: Floats, face: Ints, normal: Floats) -> Flags:
+    a, b, c = pos[face.T]
+    return (np.cross(b - a, c - a) * normal).sum(axis=1) < 0
+
+
+@njit(cache=True, nogil=True)
+def revert_flips(updated: Floats, before: Floats, face: Ints, normal: Floats) -> None:
+    """Revert the vertices of the faces that an iteration has flipped, until there are no such faces."""
+    upright = np.empty(len(face), dtype=np.bool_)
+    for f in range(len(face)):
+        upright[f] = _along(before, face[f], normal[f]) > 0
+    reverted = True
+    while reverted:  # each round reverts at least one more vertex
+        reverted = False
+        for f in range(len(face)):
+            if upright[f] and _along(updated, face[f], normal[f]) <= 0:
+                for v in face[f]:
+                    for axis in range(3):
+                        updated[v, axis] = before[v, axis]
+                reverted = True
+
+
+@njit(cache=True, nogil=True)
+def _along(pos: Floats, face: Ints, normal: Floats) -> float:
+    """Compute twice the area of a face projected along a normal; negative if it is seen from behind."""
+    a, b, c = pos[face[0]], pos[face[1]], pos[face[2]]
+    u_x, u_y, u_z = b[0] - a[0], b[1] - a[1], b[2] - a[2]
+    w_x, w_y, w_z = c[0] - a[0], c[1] - a[1], c[2] - a[2]
+    return (
+        normal[0] * (u_y * w_z - u_z * w_y) + normal[1] * (u_z * w_x - u_x * w_z) + normal[2] * (u_x * w_y - u_y * w_x)
+    )

@@ -1,0 +1,75 @@
+import numpy as np
+import torch
+
+from dnf_pyg.mesh.flips import flipped_faces, unfold, without_flips
+from dnf_pyg.mesh.geometry import face_normals
+from dnf_pyg.mesh.vertex_update import update_vertices
+
+
+def with_noise(pos, amount, seed=0):
+    return pos + amount * torch.randn(pos.shape, generator=torch.Generator().manual_seed(seed), dtype=pos.dtype)
+
+
+def test_no_face_flips_halfway(sphere_mesh):
+    pos, face = sphere_mesh
+    found = 0
+    for seed in range(20):
+        noisy = with_noise(pos, 0.08, seed)
+        wrong = torch.nn.functional.normalize(with_noise(face_normals(pos, face), 0.5, seed + 100), dim=-1)
+        half = noisy.lerp(update_vertices(noisy, face, wrong, 40), 0.5)
+        before = flipped_faces(noisy, face, wrong)
+        found += int((flipped_faces(half, face, wrong) & ~before).sum())
+        kept = without_flips(half, noisy, face, wrong)
+        assert not (flipped_faces(kept, face, wrong) & ~before).any()
+        assert bool(((kept == half) | (kept == noisy)).all())
+    assert found > 0
+
+
+def opened_by_loop(pos, face, normal, fixed):
+    """One round: vertices of flipped faces move to the mean of their neighbours, less its part across the surface."""
+    flipped = [f for f in range(len(face)) if np.linalg.det([*(pos[face[f, 1:]] - pos[face[f, 0]]), normal[f]]) < 0]
+    opened = pos.copy()
+    for v in {v for f in flipped for v in face[f]} - set(np.flatnonzero(fixed)):
+        around = [f for f in range(len(face)) if v in face[f]]
+        step = np.mean([pos[w] - pos[v] for f in around for w in face[f] if w != v], axis=0)
+        axis = sum(normal[f] for f in around)
+        opened[v] += step - (step @ axis) * axis / (axis @ axis)
+    return opened
+
+
+def test_unfolding_matches_loop_over_vertices(sphere_mesh):
+    """Rounds are repeated until no face is flipped."""
+    pos, face = sphere_mesh
+    normal = face_normals(pos, face).numpy()
+    noisy = with_noise(pos, 0.1).numpy()
+    fixed = np.arange(len(pos)) % 7 == 0
+    expected, rounds = noisy, 0
+    while flipped_faces(torch.from_numpy(expected), face, torch.from_numpy(normal)).any():
+        expected, rounds = opened_by_loop(expected, face.t().numpy(), normal, fixed), rounds + 1
+    assert rounds > 1
+    opened = unfold(noisy, face.t().numpy(), normal, fixed, noisy, np.inf)
+    np.testing.assert_allclose(opened, expected, rtol=0, atol=1e-12)
+    assert np.array_equal(opened[fixed], noisy[fixed])
+
+
+def test_folds_that_do_not_open_stay(sphere_mesh):
+    pos, face = sphere_mesh
+    inside_out = -face_normals(pos, face).numpy()
+    everywhere = np.zeros(len(pos), dtype=bool)
+    assert np.array_equal(
+        unfold(pos.numpy(), face.t().numpy(), inside_out, everywhere, pos.numpy(), np.inf), pos.numpy()
+    )
+
+
+def test_unfolding_stays_within_the_limit(sphere_mesh):
+    """Vertices that would have to move farther stay in place, and no upright face flips for it."""
+    pos, face = sphere_mesh
+    normal = face_normals(pos, face)
+    noisy, everywhere = with_noise(pos, 0.1), np.zeros(len(pos), dtype=bool)
+    free = unfold(noisy.numpy(), face.t().numpy(), normal.numpy(), everywhere, noisy.numpy(), np.inf)
+    moved = np.linalg.norm(free - noisy.numpy(), axis=1)
+    limit = float(np.median(moved[moved > 0]))
+    limited = unfold(noisy.numpy(), face.t().numpy(), normal.numpy(), everywhere, noisy.numpy(), limit)
+    assert 0 < np.linalg.norm(limited - noisy.numpy(), axis=1).max() <= limit < moved.max()
+    before = flipped_faces(noisy, face, normal)
+    assert not (flipped_faces(torch.from_numpy(limited), face, normal) & ~before).any()
