@@ -16,11 +16,11 @@ from dnf_pyg.filtering import on_cpu
 from dnf_pyg.findings import findings
 from dnf_pyg.io.inputs import as_input, as_mask
 from dnf_pyg.mesh import boundary_vertices, validate_mesh
+from dnf_pyg.mesh.flips import flipped_faces, without_flips
 from dnf_pyg.mesh.geometry import face_normals
 from dnf_pyg.mesh.local_noise import LocalNoise
 from dnf_pyg.mesh.noise_level import estimate_noise
 from dnf_pyg.mesh.topology import Topology
-from dnf_pyg.mesh.vertex_update import flipped_faces, without_flips
 from dnf_pyg.mesh.weld import weld
 from dnf_pyg.mesh.winding import consistent_faces
 from dnf_pyg.nn import Cascade, FilteringNetwork

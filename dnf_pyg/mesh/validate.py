@@ -64,7 +64,7 @@ def validate_mesh(pos: Tensor, face: Tensor) -> None:
         value = next(int(v) for v in face[:, row] if not 0 <= v < pos.size(0))
         raise MeshError(
             f"Expected vertex numbers from 0 to {pos.size(0) - 1} in every face (got {value} in face {row}). "
-            "The file is damaged or incomplete: export the mesh again."
+            "Count from 0; a file with such faces is damaged: export it again."
         )
     bad = ~(pos.abs() <= _LIMIT).all(dim=-1)
     if bad.any():
@@ -73,11 +73,11 @@ def validate_mesh(pos: Tensor, face: Tensor) -> None:
             f"Expected finite coordinates no larger than {_LIMIT:g} (got {pos[row].tolist()} at vertex {row}, "
             f"{int(bad.sum())} such vertices). Remove these vertices and their faces, or export the mesh again."
         )
-    corner = pos[face.flatten()]
+    corner = pos.detach()[face.flatten()]
     extent = float((corner.amax(dim=0) - corner.amin(dim=0)).max())
     if 0 < extent < _SMALLEST:
         raise MeshError(f"Expected a mesh of an extent of at least {_SMALLEST:g} (got {extent:g}). Scale it up.")
-    corner = pos[face.flatten()]
+    corner = pos.detach()[face.flatten()]
     extent = float((corner.amax(dim=0) - corner.amin(dim=0)).max())
     if 0 < extent < _SMALLEST:
         raise MeshError(f"Expected a mesh of an extent of at least {_SMALLEST:g} (got {extent:g}). Scale it up.")

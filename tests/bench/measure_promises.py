@@ -13,8 +13,9 @@ import trimesh
 
 from dnf_pyg import FAST, denoise, load_network
 from dnf_pyg.io import read_mesh
+from dnf_pyg.mesh.flips import flipped_faces
 from dnf_pyg.mesh.geometry import angular_difference, face_normals, mean_edge_length
-from dnf_pyg.mesh.vertex_update import flipped_faces, update_vertices
+from dnf_pyg.mesh.vertex_update import update_vertices
 
 TEST = Path(__file__).resolve().parents[3] / "shared/data/cnr/Synthetic/test"
 QUARTER = np.array([[0.0, 0, 1], [0, 1, 0], [-1, 0, 0]])

@@ -21,9 +21,10 @@ from dnf_pyg.mesh import (
     vertex_faces,
     vertex_normals,
 )
+from dnf_pyg.mesh.flips import flipped_faces, without_flips
 from dnf_pyg.mesh.geometry import angular_difference
 from dnf_pyg.mesh.surface_distance import surface_distance
-from dnf_pyg.mesh.vertex_update import flipped_faces, update_vertices, without_flips
+from dnf_pyg.mesh.vertex_update import update_vertices
 from dnf_pyg.mesh.weld import weld
 from dnf_pyg.patches import AnisotropicSeeds, PatchExtractor, cover
 
