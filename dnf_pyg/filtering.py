@@ -71,7 +71,7 @@ def filter_normals(
     watch = watch or Stopwatch()
     device = inference_device(filtering.device)
     net = evaluation_network(net, device)
-    pos = (pos - pos.mean(dim=0)) / topology.mean_edge_length(pos).clamp(min=torch.finfo(pos.dtype).tiny)
+    pos = (pos - pos.mean(dim=0)) / (float(topology.mean_edge_length(pos)) or 1.0)
     features = FaceFeatures.from_mesh(pos, face, earlier)
     extractor = PatchExtractor(pos, face, GROWTHS[filtering.growth](), filtering.patch_size, max(net.k), topology)
     generator = torch.Generator().manual_seed(filtering.seed)

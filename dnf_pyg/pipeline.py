@@ -19,6 +19,7 @@ from dnf_pyg.mesh import boundary_vertices, validate_mesh
 from dnf_pyg.mesh.flips import flipped_faces, without_flips
 from dnf_pyg.mesh.geometry import face_normals
 from dnf_pyg.mesh.local_noise import LocalNoise
+from dnf_pyg.mesh.noise_level import estimate_noise
 from dnf_pyg.mesh.topology import Topology
 from dnf_pyg.mesh.weld import weld
 from dnf_pyg.mesh.winding import consistent_faces
@@ -86,8 +87,7 @@ def denoise(
     sides = consistent_faces(welded)
     face = sides.face
     topology = Topology(face, len(start))
-    local = LocalNoise(start, face, topology)
-    noise = local.estimate
+    noise = estimate_noise(start, face, topology)
     fixed = torch.ones(len(start), dtype=torch.bool)
     fixed[vertex_id[movable]] = False  # a vertex stays where none of its copies may move
     if update.preserve_boundary:
@@ -101,7 +101,9 @@ def denoise(
             ended=lambda *told: ended.append(told),
         )  # fmt: skip
         pos, fused = steps(start, face, fixed, topology)
-    stays = local.unexplained(fused.normal, update.max_excess)
+    stays = torch.zeros(len(start), dtype=torch.bool)
+    if update.max_excess < float("inf"):
+        stays = LocalNoise(start, face, topology, noise).unexplained(fused.normal, update.max_excess)
     own = stays[face].all(dim=0)[:, None]  # faces that stay as they are, whatever the network says
     normal = torch.where(own, face_normals(start, face), fused.normal.double())
     moves = (pos != start).any(dim=1) & ~stays

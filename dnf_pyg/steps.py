@@ -65,17 +65,7 @@ class Steps:
     def _level(
         self, origin: Tensor, face: Tensor, fixed: Tensor, topology: Topology, num_coarser: int
     ) -> tuple[Tensor, FusedNormals]:
-        pos = origin
-        if num_coarser and face.size(1) * _SHARE >= _FEWEST_FACES:
-            coarse = coarsen(origin, face, _SHARE)
-            self.watch.lap("coarsen")
-            free, below = torch.zeros(len(coarse.pos), dtype=torch.bool), Topology(coarse.face, len(coarse.pos))
-            once = replace(self, num_passes=1, progress=lambda done, total: None)
-            moved, _ = once._level(coarse.pos, coarse.face, free, below, num_coarser - 1)
-            move = coarse.prolong(moved - coarse.pos)
-            limit = self._limit * topology.mean_edge_length(origin)
-            move = move * (limit / move.norm(dim=1, keepdim=True).clamp(min=1e-300)).clamp(max=1)
-            pos = origin + torch.where(fixed[:, None], 0.0, move)
+        pos = origin + torch.where(fixed[:, None], 0.0, self._coarse_move(origin, face, topology, num_coarser))
         networks = self.cascade.networks
         start, normal = pos, torch.empty(0)
         for turn in range(self.num_passes):
@@ -107,6 +97,21 @@ class Steps:
                 )
                 self.watch.lap("update")
         return pos, fused
+
+    def _coarse_move(self, pos: Tensor, face: Tensor, topology: Topology, num_coarser: int) -> Tensor:
+        """Displacements (V, 3) that a coarser version asks for; 0 where there is none that still has a shape."""
+        unit = float(topology.mean_edge_length(pos))
+        if not num_coarser or unit == 0 or face.size(1) * _SHARE < _FEWEST_FACES:
+            return torch.zeros_like(pos)
+        coarse = coarsen(pos, face, _SHARE)
+        self.watch.lap("coarsen")
+        if coarse.face.size(1) == 0:  # a soup of needles
+            return torch.zeros_like(pos)
+        free, below = torch.zeros(len(coarse.pos), dtype=torch.bool), Topology(coarse.face, len(coarse.pos))
+        once = replace(self, num_passes=1, progress=lambda done, total: None)
+        moved, _ = once._level(coarse.pos, coarse.face, free, below, num_coarser - 1)
+        move = coarse.prolong(moved - coarse.pos)
+        return move * (self._limit * unit / move.norm(dim=1, keepdim=True).clamp(min=1e-300)).clamp(max=1)
 
     @property
     def _limit(self) -> float:

@@ -363,3 +363,13 @@ def test_bar_of_progress(noisy, net, capfd):
     assert "filtering" in capfd.readouterr().err
     run(noisy, net)
     assert capfd.readouterr().err == ""
+
+
+def test_local_noise_is_measured_only_for_a_limit(noisy, net, monkeypatch):
+    def fail(*args):
+        raise AssertionError
+
+    monkeypatch.setattr("dnf_pyg.pipeline.LocalNoise", fail)
+    assert run(noisy, net).left_alone == 0
+    with pytest.raises(AssertionError):
+        run(noisy, net, update={"max_excess": 1.6})

@@ -84,3 +84,24 @@ def test_correlated_noise_is_found_and_a_coarser_version_helps(cube_mesh):
     clean = face_normals(pos, face)
     one, other = (mean_angular_difference(face_normals(result.pos, face), clean) for result in (found, flat))
     assert one < 0.9 * other
+
+
+POINTS = torch.rand(1500, 3, generator=torch.Generator().manual_seed(0), dtype=torch.double)
+ROW = torch.arange(1400)
+WITHOUT_SHAPE = {
+    "faces of one vertex": (POINTS, ROW[:, None].expand(-1, 3)),
+    "needles, of which none is left on a coarser version": (POINTS, torch.stack([ROW, ROW + 1, ROW + 1], dim=1)),
+    "one point": (torch.ones_like(POINTS), torch.stack([ROW, ROW + 1, ROW + 2], dim=1)),
+}
+
+
+@pytest.mark.parametrize("name", WITHOUT_SHAPE)
+def test_mesh_without_a_shape_takes_a_coarser_version(name):
+    pos, face = WITHOUT_SHAPE[name]
+    net = SurfaceDNFNet(**SMALL).eval()
+    options = FilterOptions(patch_size=100, precision="fp32", num_coarser=1)
+    result = denoise((pos, face), net, filtering=options, update=UPDATE)
+    assert result.pos.isfinite().all()
+    assert result.normal.isfinite().all()
+    if not name.startswith("needles"):
+        torch.testing.assert_close(result.pos, pos, rtol=0, atol=1e-12)

@@ -93,7 +93,6 @@ MESHES |= {f"box, divided {times} times": fine(create.box((4, 2, 1)), times) for
 MESHES |= {f"fine {name}": fine(MESHES[name], 2) for name in ("cone", "star", "L", "tube", "prism of 6 sides")}
 KNOWN = {
     ("stairs", 0.25): "noise that no reading tells from steps which are everywhere",
-    ("capsule", 0.02): "the ends, whose faces become ever smaller, read as correlated noise",
 }
 
 

@@ -131,9 +131,12 @@ def save_mesh(mesh: Any, pos: Tensor, face: Tensor, path: str | Path) -> None:
 def _from_arrays(vertices: Any, faces: Any, with_positions: Callable[[Tensor], Any]) -> MeshInput:
     """Take arrays or tensors (V, 3) and (F, 3) of any type, device and strides."""
     pos, face = (np.asarray(part.detach().cpu() if isinstance(part, Tensor) else part) for part in (vertices, faces))
-    for name, part in (("vertices", pos), ("faces", face)):
+    for name, part, remedy in (
+        ("vertices", pos, "Give x, y, z of each"),
+        ("faces", face, "Triangulate or transpose it"),
+    ):
         if part.ndim != 2 or part.shape[1] != 3:
-            raise MeshError(f"Expected '{name}' of shape [number, 3] (got {list(part.shape)}). Triangulate the mesh.")
+            raise MeshError(f"Expected '{name}' of shape [number, 3] (got {list(part.shape)}). {remedy}.")
     if not np.issubdtype(face.dtype, np.integer) and face.size:
         raise MeshError(f"Expected 'faces' to be whole numbers (got {face.dtype}). Give the vertices of each face.")
     tensors = torch.from_numpy(pos.astype(np.float64)), torch.from_numpy(face.astype(np.int64, order="C"))

@@ -15,6 +15,7 @@ Ints = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
 _MOST_ROUNDS = 20  # nearly all folds open in three
+_FLAT = 1e-5  # area relative to the squares of the sides up to which a face is a line
 
 
 def flipped_faces(pos: Tensor, face: Tensor, normal: Tensor) -> Tensor:
@@ -114,16 +115,19 @@ def unfold(pos: Floats, face: Ints, normal: Floats, fixed: Flags, origin: Floats
 
 
 def _flipped(pos: Floats, face: Ints, normal: Floats) -> Flags:
+    """Mark the faces, (F,), that are flipped and no lines."""
     a, b, c = pos[face.T]
-    return (np.cross(b - a, c - a) * normal).sum(axis=1) < 0
+    across = np.cross(b - a, c - a)
+    flat = _FLAT * (np.square(b - a) + np.square(c - a)).sum(axis=1)
+    return ((across * normal).sum(axis=1) < 0) & (np.square(across).sum(axis=1) > np.square(flat))
 
 
 @njit(cache=True, nogil=True)
 def revert_flips(updated: Floats, before: Floats, face: Ints, normal: Floats) -> None:
     """Revert the vertices of the faces that an iteration has flipped, until there are no such faces."""
-    upright = np.empty(len(face), dtype=np.bool_)
+    upright = np.empty(len(face), dtype=np.bool_)  # a line has no side to lose
     for f in range(len(face)):
-        upright[f] = _along(before, face[f], normal[f]) > 0
+        upright[f] = _along(before, face[f], normal[f]) > 0 and not _is_line(before, face[f])
     reverted = True
     while reverted:  # each round reverts at least one more vertex
         reverted = False
@@ -133,6 +137,19 @@ def revert_flips(updated: Floats, before: Floats, face: Ints, normal: Floats) ->
                     for axis in range(3):
                         updated[v, axis] = before[v, axis]
                 reverted = True
+
+
+@njit(cache=True, nogil=True)
+def _is_line(pos: Floats, face: Ints) -> bool:
+    """Whether the corners of a face lie on a line, up to the digits of float32."""
+    a, b, c = pos[face[0]], pos[face[1]], pos[face[2]]
+    uu = uw = ww = 0.0
+    for axis in range(3):
+        u, w = b[axis] - a[axis], c[axis] - a[axis]
+        uu += u * u
+        uw += u * w
+        ww += w * w
+    return uu * ww - uw * uw <= (_FLAT * (uu + ww)) ** 2
 
 
 @njit(cache=True, nogil=True)

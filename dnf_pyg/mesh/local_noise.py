@@ -16,9 +16,9 @@ from dnf_pyg.mesh.vertex_graph import lazy_walk, smoothed_normals
 __all__ = ["LocalNoise"]
 
 _STEPS = 20  # of the lazy walk: means over about 60 vertices
-_CORRELATED = 0.5  # correlation from which noise bends pairs of faces less than it displaces them
 _UNSEEN = 2.5  # ratio of correlated noise to its estimate, which misses the part of long range
 _WEAKEST = 0.01  # noise that can be told from the shape, relative to the shortest edge at a vertex
+_AMID_NONE = 0.05  # the same where the mesh as a whole has no noise: its finest detail reads as some
 _FEW = 32  # vertices of a piece of which nothing can be told
 _WITHIN = 2.5  # standard deviations up to which the deviation of a pair counts as noise, not as an edge
 _BEYOND = 10.0  # ratio of an angle to that of the noise from which it makes no difference how large it is
@@ -52,13 +52,14 @@ class LocalNoise:
         pos: Vertex positions, (V, 3), model units.
         face: Vertices of each face, (3, F).
         topology: Connectivity of the mesh; computed if not given.
+        estimate: Level and correlation of the whole mesh; computed if not given.
 
     Attributes:
         estimate: Level and correlation of the whole mesh.
         sigma: Standard deviation around each vertex, (V,) float64, model units; 0 for a mesh without noise.
         certain: Whether the noise there is strong enough to be told from the shape, (V,) bool. Below 0.01 of the
-            shortest edge it is not, and the fewer vertices a piece of the mesh has, the stronger it has to be; none
-            is with fewer than 32.
+            shortest edge it is not, or below 0.05 of it where the mesh as a whole reads as clean. The fewer vertices a
+            piece of the mesh has, the stronger the noise has to be; none is certain with fewer than 32.
 
     Example:
         >>> pos = torch.tensor([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]])
@@ -71,17 +72,19 @@ class LocalNoise:
     sigma: Tensor
     certain: Tensor
 
-    def __init__(self, pos: Tensor, face: Tensor, topology: Topology | None = None) -> None:
+    def __init__(
+        self, pos: Tensor, face: Tensor, topology: Topology | None = None, estimate: NoiseEstimate | None = None
+    ) -> None:
         pos, face = pos.detach().cpu().double(), face.cpu()
         topology = topology or Topology(face, len(pos))
         self._pos, self._face = pos - pos[face.unique()].mean(dim=0), face
         self._walk = lazy_walk(topology.edges, len(pos))
         self._unit = max(float(topology.mean_edge_length(pos)), 1e-300)
-        self.estimate = estimate_noise(pos, face, topology)
+        self.estimate = estimate or estimate_noise(pos, face, topology)
         sigma = seen = np.zeros(len(pos))
         if self.estimate.level > 0:
             sharp, bent = self._high_pass(), self._bending()
-            correlated = self.estimate.correlation >= _CORRELATED
+            correlated = self.estimate.is_correlated  # such noise bends pairs of faces less than it displaces them
             seen = sharp if correlated else np.minimum(sharp, bent)
             level = _UNSEEN * self._unit * self.estimate.level
             sigma = np.maximum(np.minimum(sharp, bent), level) if correlated else seen
@@ -164,7 +167,8 @@ class LocalNoise:
         ratio = (sigma / self._shortest.clamp(min=1e-300)).clamp(max=1.0).numpy()
         piece = connected_components(self._walk, directed=False)[1]
         size = np.bincount(piece)[piece]
-        needed = np.maximum((_FEW / size) ** 1.5, _WEAKEST)
+        weakest = _AMID_NONE if self.estimate.is_negligible else _WEAKEST
+        needed = np.maximum((_FEW / size) ** 1.5, weakest)
         return torch.from_numpy(self._around(ratio[:, None])[:, 0] >= needed)
 
 

@@ -27,10 +27,10 @@ _TRUE = (0.0, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.7, 1.0)
 # of the shape counts less the stronger the noise is; real scans with weak noise reach at least 3.5
 _WHITE, _SHAPE, _MOST = 1.9, 0.018, 3.2
 _WIDTH = 0.12  # of the transition from white to correlated noise
-_LARGEST = 6.0  # ratio of the responses in noise; a smooth clean shape has a larger one
+_LARGEST = 3.2  # ratio of the responses in noise, which has a white part: real scans reach 2.9, relief starts at 3.4
 _VARIANCE = 2.0  # of correlated noise, relative to the squared response of the middle band
 _WEAK = 0.01  # level of noise that is as good as none, whose correlation means nothing
-_CORRELATED = 0.4  # correlation above which noise is not white
+_CORRELATED = 0.5  # correlation above which noise is not white
 _CORRELATION = 0.85  # at one edge, of noise without a white part
 
 
@@ -48,7 +48,12 @@ class NoiseEstimate(NamedTuple):
     @property
     def is_correlated(self) -> bool:
         """Whether the noise is that of a scan rather than white noise."""
-        return self.level >= _WEAK and self.correlation > _CORRELATED
+        return not self.is_negligible and self.correlation > _CORRELATED
+
+    @property
+    def is_negligible(self) -> bool:
+        """Whether the level is so low that the mesh counts as clean."""
+        return self.level < _WEAK
 
 
 def estimate_noise(pos: Tensor, face: Tensor, topology: Topology | None = None) -> NoiseEstimate:
@@ -63,7 +68,9 @@ def estimate_noise(pos: Tensor, face: Tensor, topology: Topology | None = None) 
 
     The powers of I - S suppress smoothly curved surfaces, and a low quantile over the vertices leaves out sharp
     edges. Each response is divided by that of white noise of unit variance on the same mesh. White noise responds
-    equally in both bands, noise with a correlation length of a few edges more in the middle one.
+    equally in both bands, noise with a correlation length of a few edges more in the middle one. Relief of a clean
+    shape responds still more there: noise always has a white part, so a high band without one, or much weaker than
+    the middle band, means that there is no correlated noise.
 
     Pairs of adjacent faces tell noise from sharp edges: on a clean CAD model whose vertices all lie at sharp edges,
     many pairs are exactly flat, while noise bends all of them. Where the pairs are flatter than the high band
@@ -77,8 +84,9 @@ def estimate_noise(pos: Tensor, face: Tensor, topology: Topology | None = None) 
     Returns:
         Level and correlation; both 0 for a mesh without edges or without noise. The level is within 10% of the truth
         from 0.1 on for white noise along the normal. It is too low for strong noise in all directions, and for
-        correlated noise, whose part longer than about 5 edges cannot be told from the shape. A correlation above 0.4
-        means correlated noise, or a level below 0.1 on a shape with edges or detail only a few mean edges apart.
+        correlated noise, whose part longer than about 5 edges cannot be told from the shape. A correlation above 0.5
+        means correlated noise, or a level below 0.1 on a shape with edges or detail only a few mean edges apart. It
+        is 0 where less than about a twentieth of the variance is white, as such noise cannot be told from relief.
 
     Example:
         >>> import torch
@@ -104,9 +112,9 @@ def estimate_noise(pos: Tensor, face: Tensor, topology: Topology | None = None) 
     flat = flatness / high
     explained = min(1.0, flat + flatness)  # strong noise bends the pairs less than it moves the vertices
     white = explained * high
-    middle = min(middle, _LARGEST * high)
+    is_shape = coarse or high < _WEAK or middle > _LARGEST * high
     limit = min(_WHITE + _SHAPE / high**2, _MOST)
-    excess = 0.0 if coarse else max((middle / high) ** 2 - limit, 0.0) / _WIDTH
+    excess = 0.0 if is_shape else max((middle / high) ** 2 - limit, 0.0) / _WIDTH
     correlated = excess / (1 + excess)
     certain = correlated * min(max(4 * flat - 3, 0.0), 1.0)  # not where sharp edges raise both bands
     variance = (1 - certain) * white**2 + certain * _VARIANCE * middle**2

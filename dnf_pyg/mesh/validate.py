@@ -15,7 +15,8 @@ inconsistent winding               kept; the normals of some faces point inwards
 any size, far from the origin      computed about the centre in mean edge lengths and float64
 all vertices at one point          faces count as one step apart; the heat method refuses the mesh
 no face, vertex out of range,      :class:`~dnf_pyg.errors.MeshError`
-NaN, infinity, above 1e30
+NaN, infinity, above 1e30,
+not one point, but below 1e-100
 =================================  ===================================================================================
 """
 
@@ -27,6 +28,8 @@ from dnf_pyg.errors import MeshError
 __all__ = ["validate_mesh"]
 
 _LIMIT = 1e30  # up to which distances are finite in float32 and products of coordinates in float64
+_SMALLEST = 1e-100  # extent from which squares of distances do not vanish in float64
+_SMALLEST = 1e-100  # extent from which squares of distances do not vanish in float64
 
 
 def validate_mesh(pos: Tensor, face: Tensor) -> None:
@@ -41,8 +44,8 @@ def validate_mesh(pos: Tensor, face: Tensor) -> None:
 
     Raises:
         ValueError: If a shape or dtype is not the one above.
-        MeshError: If there is no face, a face names a vertex that does not exist, or a coordinate is not
-            finite or larger than 1e30.
+        MeshError: If there is no face, a face names a vertex that does not exist, a coordinate is not finite or
+            larger than 1e30, or the extent is below 1e-100 without being 0.
 
     Example:
         >>> validate_mesh(torch.zeros(3, 3), torch.tensor([[0], [1], [5]]))
@@ -61,7 +64,7 @@ def validate_mesh(pos: Tensor, face: Tensor) -> None:
         value = next(int(v) for v in face[:, row] if not 0 <= v < pos.size(0))
         raise MeshError(
             f"Expected vertex numbers from 0 to {pos.size(0) - 1} in every face (got {value} in face {row}). "
-            "The file is damaged or incomplete: export the mesh again."
+            "Count from 0; a file with such faces is damaged: export it again."
         )
     bad = ~(pos.abs() <= _LIMIT).all(dim=-1)
     if bad.any():
@@ -70,6 +73,14 @@ def validate_mesh(pos: Tensor, face: Tensor) -> None:
             f"Expected finite coordinates no larger than {_LIMIT:g} (got {pos[row].tolist()} at vertex {row}, "
             f"{int(bad.sum())} such vertices). Remove these vertices and their faces, or export the mesh again."
         )
+    corner = pos.detach()[face.flatten()]
+    extent = float((corner.amax(dim=0) - corner.amin(dim=0)).max())
+    if 0 < extent < _SMALLEST:
+        raise MeshError(f"Expected a mesh of an extent of at least {_SMALLEST:g} (got {extent:g}). Scale it up.")
+    corner = pos.detach()[face.flatten()]
+    extent = float((corner.amax(dim=0) - corner.amin(dim=0)).max())
+    if 0 < extent < _SMALLEST:
+        raise MeshError(f"Expected a mesh of an extent of at least {_SMALLEST:g} (got {extent:g}). Scale it up.")
 
 
 def _form(tensor: Tensor) -> str:

@@ -33,7 +33,8 @@ def read(path: Path) -> tuple[Tensor, Tensor, Tensor | None]:
 def before_and_after(path: Path) -> Figure:
     """A scan, the scan denoised and, where it is known, the true surface."""
     noisy, face, true = read(path)
-    meshes = {"scan": noisy, "denoised": dnf_pyg.denoise((noisy, face.t())).pos}
+    options = {"filtering": FilterOptions(num_coarser=1), "update": UpdateOptions(max_correlation=1.0)}
+    meshes = {"scan": noisy, "denoised": dnf_pyg.denoise((noisy, face.t()), **options).pos}
     if true is None:
         options = {"filtering": FilterOptions(num_coarser=0), "update": UpdateOptions(max_correlation=-0.03)}
         meshes["as independent noise"] = dnf_pyg.denoise((noisy, face.t()), **options).pos

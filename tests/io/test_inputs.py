@@ -188,8 +188,12 @@ def test_save_writes_the_triangles_of_any_kind(tmp_path):
     ("mesh", "text"),
     [
         (3, r"'mesh' to be a path, .*\(got int\). Convert it"),
-        (([[0, 0]], [[0, 1, 2]]), r"'vertices' of shape \[number, 3\] \(got \[1, 2\]\)"),
-        (([[0, 0, 0]] * 4, [[0, 1, 2, 3]]), r"'faces' of shape \[number, 3\] \(got \[1, 4\]\). Triangulate the mesh"),
+        (([[0, 0]], [[0, 1, 2]]), r"'vertices' of shape \[number, 3\] \(got \[1, 2\]\). Give x, y, z of each"),
+        (([[0, 0, 0]] * 4, [[0, 1], [1, 2], [2, 3]]), r"\(got \[3, 2\]\). Triangulate or transpose it"),
+        (
+            ([[0, 0, 0]] * 4, [[0, 1, 2, 3]]),
+            r"'faces' of shape \[number, 3\] \(got \[1, 4\]\). Triangulate or transpose it",
+        ),
         (([[0, 0, 0]] * 3, [[0.0, 1.0, 2.0]]), r"'faces' to be whole numbers \(got float64\)"),
     ],
 )

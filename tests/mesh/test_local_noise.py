@@ -146,6 +146,17 @@ def test_pieces_of_a_mesh_count_by_themselves(sphere_mesh):
     assert not found.certain[len(large[0]) :].any()
 
 
+def test_fine_detail_of_a_clean_mesh_needs_to_look_like_strong_noise():
+    pos, face = as_tensors(trimesh.creation.icosphere(subdivisions=4))
+    detail = pos[:, 2] > 0.85  # less than a quarter of the mesh
+    for share, certain in ((0.03, False), (0.15, True)):
+        sigma = torch.where(detail, share * edge_lengths(pos, edges(face)).min(), 0.0)
+        found = LocalNoise(noisy(pos, face, sigma), face)
+        assert found.estimate.is_negligible
+        assert found.certain[pos[:, 2] > 0.95].any() == certain
+        assert not found.certain[pos[:, 2] < 0].any()
+
+
 def test_degenerate_meshes():
     for pos, face in (
         (torch.zeros(3, 3), torch.tensor([[0], [1], [2]])),

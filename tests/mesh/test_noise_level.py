@@ -5,6 +5,7 @@ import pytest
 import torch
 import trimesh
 
+from dnf_pyg.mesh.geometry import mean_edge_length
 from dnf_pyg.mesh.noise import CorrelatedNoise, GaussianNormalNoise, RayNoise
 from dnf_pyg.mesh.noise_level import estimate_noise, estimate_noise_level
 
@@ -45,6 +46,16 @@ def test_tells_correlated_noise_from_white(shape, level, meshes):
     estimate = estimate_noise(*noisy(meshes[shape], noise, level))
     assert 0.5 * level < estimate.level < 1.3 * level
     assert 0.6 < estimate.correlation <= 0.85
+
+
+@pytest.mark.parametrize("height", [0.1, 0.3, 0.6])
+def test_relief_is_not_correlated_noise(height, meshes):
+    pos, face = meshes["sphere"]
+    unit = float(mean_edge_length(pos, face))
+    relief = torch.sin(pos * (2 * math.pi / (10 * unit))).prod(dim=1, keepdim=True)  # waves of 10 edges
+    estimate = estimate_noise(pos + height * unit * relief * pos, face)
+    assert estimate.level < 0.1 * height
+    assert not estimate.is_correlated
 
 
 def test_rounded_depths_do_not_count_as_flat():
@@ -124,11 +135,20 @@ def test_finds_the_levels_of_the_benchmark(cnr_root):
             assert estimate.correlation == 0
 
 
-@pytest.mark.parametrize("name", ["kinect_v1_pyramid_16", "print_nut", "ycb_banana"])
-def test_finds_that_the_noise_of_real_scans_is_correlated(name, cnr_root):
-    path = cnr_root.parent / "real" / f"{name}.npz"
-    if not path.is_file():
+@pytest.mark.parametrize("name", ["bumpy_torus", "bunny_hi", "chinese_lion", "kitten", "star"])
+def test_clean_meshes_of_the_benchmark_have_no_correlated_noise(name, cnr_root):
+    path = cnr_root / "Synthetic" / "test" / "original" / f"{name}.obj"
+    estimate = estimate_noise(*as_tensors(trimesh.load_mesh(path, process=False, maintain_order=True)))
+    assert estimate.level < 0.03
+    assert not estimate.is_correlated
+
+
+def test_finds_that_the_noise_of_real_scans_is_correlated(cnr_root):
+    scans = {path.stem: np.load(path) for path in (cnr_root.parent / "real").glob("*.npz")}
+    pairs = {name: scan for name, scan in scans.items() if "gt" in scan.files}
+    if not pairs:
         pytest.skip("the real scans are not beside this checkout (../shared/data/real)")
-    scan = np.load(path)
-    face = torch.from_numpy(scan["faces"].astype(np.int64)).t()
-    assert estimate_noise(torch.from_numpy(scan["k1"]), face).correlation > 0.6
+    for name, scan in pairs.items():
+        face = torch.from_numpy(scan["faces"].astype(np.int64)).t()
+        estimate = estimate_noise(torch.from_numpy(scan["k1"]), face)
+        assert (name, estimate.is_correlated, estimate.correlation > 0.5) == (name, True, True)

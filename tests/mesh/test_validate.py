@@ -45,3 +45,13 @@ def test_rejects_coordinates_that_are_not_finite(value):
     pos[1, 2] = value
     with pytest.raises(MeshError, match=r"Expected finite coordinates .* at vertex 1, 1 such vertices\)"):
         validate_mesh(pos, FACE)
+
+
+@pytest.mark.parametrize("size", [1e-99, 1e-101, 5e-324, 0.0])
+def test_rejects_sizes_whose_squares_vanish(size):
+    pos = torch.cat([1.0 + 0 * POS, size * POS.double()])  # vertices without a face do not count
+    if 0 < size < 1e-100:
+        with pytest.raises(MeshError, match=rf"extent of at least 1e-100 \(got {size:g}\)\. Scale it up"):
+            validate_mesh(pos, FACE + 3)
+    else:
+        validate_mesh(pos, FACE + 3)
