@@ -74,20 +74,27 @@ def _run(words: list[str]) -> None:
                 f"Expected -c CONFIG after `dnf-pyg {words[0]}` (got nothing). `dnf-pyg configs` lists the packaged "
                 "configs."
             )
-        if find_spec("lightning") is None:
-            raise OptionError(
-                f"Expected Lightning for `dnf-pyg {words[0]}` (got none in this environment). Install dnf-pyg with its "
-                'extra "train", in a checkout by `pip install ".[train]"`.'
-            )
+        _check_installed(words[0], "lightning", "train")
         resolve_name(LIGHTNING[words[0]][0])(words)
     else:
         name = next((name for name in (" ".join(words[:2]), words[0]) if name in COMMANDS), None)
         if name is None:
             _run_group(words)
             return
-        parser = option_parser(COMMANDS[name].options, f"dnf-pyg {name}")
-        options, _ = parse_options(parser, COMMANDS[name].options, words[len(name.split()) :])
-        resolve_name(COMMANDS[name].work)(options)
+        command = COMMANDS[name]
+        parser = option_parser(command.options, f"dnf-pyg {name}")
+        options, _ = parse_options(parser, command.options, words[len(name.split()) :])
+        if command.needs is not None:
+            _check_installed(name, *command.needs)
+        resolve_name(command.work)(options)
+
+
+def _check_installed(command: str, package: str, extra: str) -> None:
+    if find_spec(package) is None:
+        raise OptionError(
+            f"Expected {package.capitalize()} for `dnf-pyg {command}` (got none in this environment). Install dnf-pyg "
+            f'with its extra "{extra}", in a checkout by `pip install ".[{extra}]"`.'
+        )
 
 
 def _run_group(words: Sequence[str]) -> None:

@@ -74,16 +74,25 @@ class DenoiseResult:
         """
         save_mesh(self.mesh, self.pos, self.face, path)
 
-    def report(self, path: str | Path, title: str = "Denoised mesh") -> None:
+    def report(self, path: str | Path, title: str = "Denoised mesh", view: str = "auto") -> None:
         """Write a page with the mesh before and after in 3D, and figures. It opens in any browser.
+
+        Args:
+            path: Page to write.
+            title: Its heading.
+            view: Where the mesh is seen from at first, as :meth:`~dnf_pyg.view.Camera.choose` takes it.
 
         Raises:
             OutputError: If the page cannot be written.
+            ValueError: If ``view`` is no direction.
         """
-        from dnf_pyg.view.report import write_report  # takes a while to import
+        from dnf_pyg.view import Camera, write_report  # take a while to import
 
         note = f"{self.face.size(1):,} triangles, {len(self.pos):,} vertices. " + " ".join(self.warnings)
-        write_report(path, self.noisy_pos, self.pos, self.face, title=title, subtitle=note, figures=self.figures())
+        write_report(
+            path, self.noisy_pos, self.pos, self.face, title=title, subtitle=note, figures=self.figures(),
+            camera=Camera.choose((self.noisy_pos, self.face), (self.pos, self.face), view=view),
+        )  # fmt: skip
 
     def figures(self) -> dict[str, tuple[str, ...]]:
         """Figures for readers: a value, or one before and one after, by name."""

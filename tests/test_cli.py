@@ -175,6 +175,13 @@ def test_training_without_lightning_names_the_extra(command, capsys, monkeypatch
     assert 'pip install ".[train]"' in failure(capsys, command, "-c", "demo")
 
 
+def test_serving_without_gradio_names_the_extra(capsys, monkeypatch):
+    monkeypatch.setattr("dnf_pyg.cli.find_spec", lambda name: None)
+    told = failure(capsys, "serve")
+    assert "Expected Gradio for `dnf-pyg serve`" in told
+    assert 'pip install ".[serve]"' in told
+
+
 def test_denoising_and_layers_need_nothing_of_training(tmp_path):
     """Runs without the packages of the extra ``train``, as after a plain installation."""
     trimesh.creation.icosphere(subdivisions=2).export(tmp_path / "ball.ply")

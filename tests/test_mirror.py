@@ -20,7 +20,7 @@ ELSEWHERE = {  # parts that only show in what is made of them
     "test_cli.py": [f"dnf_pyg/commands/{name}.py" for name in ("add_noise", "compare", "configs")]
     + ["dnf_pyg/__main__.py"],
     "test_cli_denoise.py": ["dnf_pyg/commands/denoise.py", "dnf_pyg/commands/outcome.py"],
-    "commands/test_parser.py": [f"dnf_pyg/commands/{name}.py" for name in ("options", "shape_options")],
+    "commands/test_parser.py": [f"dnf_pyg/commands/{name}.py" for name in ("options", "shape_options", "view_options")],
     "commands/test_benchmark.py": ["dnf_pyg/commands/evaluation_options.py", "dnf_pyg/commands/methods.py"],
     "commands/test_weights.py": ["dnf_pyg/commands/export_weights.py"],
     "commands/test_experiment.py": [

@@ -2,7 +2,7 @@
 
 from typing import Any, NamedTuple
 
-from dnf_pyg.commands import evaluation_options, options, shape_options
+from dnf_pyg.commands import evaluation_options, options, shape_options, view_options
 
 __all__ = ["COMMANDS", "LIGHTNING", "Command"]
 
@@ -13,16 +13,19 @@ class Command(NamedTuple):
     Attributes:
         options: The dataclass.
         work: Import path of the function that takes it.
+        needs: A package that only this command needs, and the extra of dnf-pyg that installs it.
     """
 
     options: type[Any]
     work: str
+    needs: tuple[str, str] | None = None
 
 
 COMMANDS = {
     "demo": Command(shape_options.DemoOptions, "dnf_pyg.commands.demo:run"),
     "denoise": Command(options.DenoiseOptions, "dnf_pyg.commands.denoise:run"),
-    "view": Command(options.ViewOptions, "dnf_pyg.commands.view:run"),
+    "view": Command(view_options.ViewOptions, "dnf_pyg.commands.view:run"),
+    "serve": Command(view_options.ServeOptions, "dnf_pyg.commands.serve:run", needs=("gradio", "serve")),
     "compare": Command(options.CompareOptions, "dnf_pyg.commands.compare:run"),
     "benchmark": Command(evaluation_options.BenchmarkOptions, "dnf_pyg.commands.benchmark:run"),
     "experiment ablation": Command(evaluation_options.AblationOptions, "dnf_pyg.commands.experiment:ablation"),

@@ -23,7 +23,7 @@ from dnf_pyg.nn import Cascade
 from dnf_pyg.nn.inference import inference_device
 from dnf_pyg.pipeline import denoise
 from dnf_pyg.progress import progress_bar
-from dnf_pyg.view import draw_meshes, write_index, write_report
+from dnf_pyg.view import Camera, draw_meshes, write_index, write_report
 from dnf_pyg.weights.load import load_cascade
 
 __all__ = ["run"]
@@ -137,7 +137,8 @@ def _run_one(
     if options.picture is not None:
         meshes = {} if reference is None else {"clean": (reference.pos, reference.face)}
         meshes |= {"noisy": (mesh.pos, mesh.face), "denoised": (result.pos, mesh.face)}
-        draw_meshes(options.picture, meshes, meshes.get("clean"), moved=("noisy", "denoised"))
+        camera = Camera.choose(*meshes.values(), view=options.view)
+        draw_meshes(options.picture, meshes, meshes.get("clean"), moved=("noisy", "denoised"), camera=camera)
     if page is not None:
         write_report(
             page,
@@ -149,6 +150,7 @@ def _run_one(
             reference=reference.pos if reference is not None and torch.equal(reference.face, mesh.face) else None,
             figures=outcome_figures(values, result),
             settings=_shown(options),
+            camera=Camera.choose((mesh.pos, mesh.face), (result.pos, mesh.face), view=options.view),
         )
     return values
 

@@ -1,4 +1,4 @@
-"""Options of the commands, as dataclasses; ``shape_options`` and ``evaluation_options`` hold those of their groups.
+"""Options of the commands, as dataclasses; those of groups are in other modules named ``..._options``.
 
 The command line, its help and YAML files follow from them (:mod:`dnf_pyg.commands.parser`). They do not import what the
 commands work with, so that the help and errors of the command line appear at once.
@@ -8,6 +8,7 @@ from dataclasses import KW_ONLY, dataclass, field
 from pathlib import Path
 from typing import Literal
 
+from dnf_pyg.commands.view_options import Direction
 from dnf_pyg.options import DEFAULT_WEIGHTS, FAST, FilterOptions, UpdateOptions, check_range, expert
 
 __all__ = [
@@ -17,7 +18,6 @@ __all__ = [
     "DenoiseOptions",
     "ExportOptions",
     "PredictOptions",
-    "ViewOptions",
     "WeightsOptions",
 ]
 
@@ -48,6 +48,7 @@ class DenoiseOptions:
         picture: PNG file to draw: both meshes side by side and, with a reference, their error maps.
         report: HTML page to write, with both meshes in 3D, histograms and figures; with several inputs, an existing
             folder for their pages and an index.html of them.
+        view: Direction that the picture and the page show the meshes from; auto chooses one that suits them.
         json: Print one JSON object per mesh.
         threads: CPU threads of the network; as many as cores if not given.
     """
@@ -65,6 +66,7 @@ class DenoiseOptions:
     reference: Path | None = None
     picture: Path | None = None
     report: Path | None = None
+    view: Direction = "auto"
     json: bool = False
     filtering: FilterOptions = FilterOptions()
     threads: int | None = expert(None)
@@ -130,26 +132,6 @@ class CompareOptions:
     reference: Path
     _: KW_ONLY
     json: bool = False
-
-
-@dataclass(frozen=True)
-class ViewOptions:
-    """Show meshes in 3D, side by side, in a page that opens in the browser.
-
-    Examples:
-        dnf-pyg view scan.ply
-        dnf-pyg view noisy.obj denoised.obj -o page.html
-
-    Args:
-        input: Meshes (obj, ply, stl, off, glb, gltf).
-        output: HTML page to write, which then is not opened. A temporary file if not given.
-        overwrite: Replace the page if it exists.
-    """
-
-    input: tuple[Path, ...]
-    _: KW_ONLY
-    output: Path | None = None
-    overwrite: bool = False
 
 
 @dataclass(frozen=True)

@@ -72,16 +72,29 @@ def parse_options(parser: ArgumentParser, kind: type[T], words: Sequence[str]) -
     """
     if "" in words:
         raise OptionError("Expected no empty words (got ''). Check the variables that the shell replaces.")
+    words = _joined(words, kind)
     try:
-        found = parser.parse_args(list(words))
+        found = parser.parse_args(words)
         for field, *_ in _fields(kind):
             if "preset" in field.metadata and found[field.name]:
                 preset = dataclasses.asdict(field.metadata["preset"])
                 parser.set_defaults({name: _default(value) for name, value in preset.items() if name in found})
-                found = parser.parse_args(list(words))
+                found = parser.parse_args(words)
     except argparse.ArgumentError as error:
         raise OptionError(_reason(reason_of(error), parser, kind)) from error
     return _build(kind, found), found
+
+
+def _joined(words: Sequence[str], kind: type) -> list[str]:
+    """Write a choice that begins with a dash as argparse takes it: ``--view=-x`` for ``--view -x``."""
+    choices = {f"--{field.name}": get_args(_element(hint)) for field, hint, *_ in _fields(kind)}
+    joined: list[str] = []
+    for word in words:
+        if joined and word.startswith("-") and word in choices.get(joined[-1], ()):
+            joined[-1] += f"={word}"
+        else:
+            joined.append(word)
+    return joined
 
 
 class _HelpFormatter(argparse.RawDescriptionHelpFormatter):

@@ -4,11 +4,11 @@ import tempfile
 import webbrowser
 from pathlib import Path
 
-from dnf_pyg.commands.options import ViewOptions
 from dnf_pyg.commands.outputs import check_output
 from dnf_pyg.commands.terminal import tell
+from dnf_pyg.commands.view_options import ViewOptions
 from dnf_pyg.io import read_mesh
-from dnf_pyg.view import write_view
+from dnf_pyg.view import Camera, write_view
 
 __all__ = ["run"]
 
@@ -27,7 +27,7 @@ def run(options: ViewOptions) -> None:
         mesh = read_mesh(path)
         meshes[str(path) if path.name in meshes else path.name] = mesh.pos, mesh.face
     page = options.output or Path(tempfile.mkdtemp(prefix="dnf_pyg_")) / "view.html"
-    write_view(page, meshes, title=", ".join(meshes))
+    write_view(page, meshes, title=", ".join(meshes), camera=Camera.choose(*meshes.values(), view=options.view))
     tell(f"page in 3D: {page}")
     if options.output is None:
         webbrowser.open(page.as_uri())

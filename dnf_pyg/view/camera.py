@@ -12,6 +12,14 @@ __all__ = ["Camera"]
 
 _ONE_SIDED = 1 / 3  # length of the mean normal above which a mesh shows one side, as a depth scan does; closed: 0
 _CORNER = (0.6, 0.5, 1.0)  # direction of view between the axes right, up and front of a closed mesh
+_DIRECTIONS = {
+    "x": (1.0, 0.0, 0.0),
+    "-x": (-1.0, 0.0, 0.0),
+    "y": (0.0, 1.0, 0.0),
+    "-y": (0.0, -1.0, 0.0),
+    "z": (0.0, 0.0, 1.0),
+    "-z": (0.0, 0.0, -1.0),
+}
 _AXIS_PREFERENCE = (0.06, 0.03, 0.0)  # added to relative variances, so that spheres and cubes keep the coordinate axes
 
 
@@ -45,14 +53,18 @@ class Camera:
         return cls._framing(pos, toward, up)
 
     @classmethod
-    def choose(cls, *meshes: tuple[Tensor, Tensor]) -> "Camera":
-        """Frame all meshes from a direction that suits them.
+    def choose(cls, *meshes: tuple[Tensor, Tensor], view: str = "auto") -> "Camera":
+        """Frame all meshes from a direction that suits them, or along an axis.
 
         Meshes that show one side, such as depth scans, are seen along their area-weighted mean normal with the y axis
         pointing up. Others are seen between their principal axes, the thinnest of which points to the viewer.
 
         Args:
             meshes: Vertex positions (V, 3) and faces (3, F) of each mesh.
+            view: auto, or the axis from whose end they are seen: x, -x, y, -y, z, -z.
+
+        Raises:
+            ValueError: If ``view`` is another.
 
         Examples:
             >>> pos, face = torch.tensor([[0.0, 0, 5], [1, 0, 5], [0, 1, 5]]), torch.tensor([[0], [2], [1]])
@@ -60,6 +72,11 @@ class Camera:
             [0.0, 0.0, -1.0]
         """
         pos = torch.cat([pos for pos, _ in meshes]).double()
+        if view != "auto":
+            if view not in _DIRECTIONS:
+                known = ", ".join(("auto", *_DIRECTIONS))
+                raise ValueError(f"Expected 'view' to be one of {known} (got {view!r}). Choose one of these.")
+            return cls.looking_at(pos, _DIRECTIONS[view])
         first = torch.tensor([0, *(len(pos) for pos, _ in meshes)]).cumsum(0)
         face = torch.cat([face + start for (_, face), start in zip(meshes, first[:-1], strict=True)], dim=1)
         share = face_areas(pos, face)

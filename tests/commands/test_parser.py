@@ -9,6 +9,7 @@ import pytest
 from dnf_pyg.commands import COMMANDS
 from dnf_pyg.commands.options import DenoiseOptions, PredictOptions
 from dnf_pyg.commands.parser import option_parser, parse_options, summary
+from dnf_pyg.commands.view_options import ViewOptions
 from dnf_pyg.errors import OptionError
 from dnf_pyg.options import FAST, FilterOptions, UpdateOptions, expert
 
@@ -108,6 +109,14 @@ def test_wrong_words(words, text):
     with pytest.raises(OptionError, match=text) as caught:
         parse(*words)
     assert "\n" not in str(caught.value)
+
+
+def test_choice_that_begins_with_a_dash():
+    for words in (["--view", "-x"], ["--view=-x"]):
+        parser = option_parser(ViewOptions, "view")
+        assert parse_options(parser, ViewOptions, ["a.ply", *words])[0].view == "-x"
+    with pytest.raises(OptionError, match="Expected a value for --view"):
+        parse_options(option_parser(ViewOptions, "view"), ViewOptions, ["a.ply", "--view", "-o"])
 
 
 def test_unknown_key_in_a_config_file(tmp_path):

@@ -1,3 +1,6 @@
+import json
+import re
+
 import pytest
 import trimesh
 
@@ -39,3 +42,11 @@ def test_page_with_a_name_is_written_only(meshes, opened, capsys):
     assert main(words) == 2
     assert "--overwrite" in capsys.readouterr().err
     assert main(["view", str(meshes / "absent.ply")]) == 2
+
+
+@pytest.mark.parametrize(("words", "toward"), [(["--view", "-x"], [-1, 0, 0]), (["--view=y"], [0, 1, 0])])
+def test_first_view_is_along_the_axis_asked_for(words, toward, meshes, opened):
+    page = meshes / "page.html"
+    assert main(["view", str(meshes / "a.ply"), *words, "-o", str(page)]) == 0
+    data = json.loads(re.search(r'id="data">(.*?)</script>', page.read_text(), re.DOTALL)[1])
+    assert data["turn"][2::3] == pytest.approx(toward)  # stored column by column: the last row

@@ -91,3 +91,29 @@ def test_meshes_without_faces_or_area_still_get_a_camera():
     pos = torch.eye(3)
     for face in (torch.empty(3, 0, dtype=torch.long), torch.tensor([[0], [0], [1]])):
         assert Camera.choose((pos, face)).rotation.isfinite().all()
+
+
+@pytest.mark.parametrize(
+    ("view", "right", "up"),
+    [
+        ("x", (0, 0, -1), (0, 1, 0)),
+        ("-x", (0, 0, 1), (0, 1, 0)),
+        ("y", (1, 0, 0), (0, 0, -1)),
+        ("-y", (1, 0, 0), (0, 0, 1)),
+        ("z", (1, 0, 0), (0, 1, 0)),
+        ("-z", (-1, 0, 0), (0, 1, 0)),
+    ],
+)
+def test_views_along_the_axes_frame_all_meshes(half_sphere, view, right, up):
+    pos, face = half_sphere
+    camera = Camera.choose((pos, face), (pos + torch.tensor([0.0, 5, 0]), face), view=view)
+    rows = [right, up, np.cross(right, up)]
+    torch.testing.assert_close(camera.rotation, torch.tensor(np.array(rows), dtype=torch.float64))
+    assert camera.rotation[2, "xyz".index(view[-1])] == (-1 if "-" in view else 1)
+    assert 0.9 < camera.project(torch.cat([pos, pos + torch.tensor([0.0, 5, 0])]))[:, :2].abs().max() <= 1
+
+
+def test_view_that_is_none(half_sphere):
+    assert torch.equal(Camera.choose(half_sphere, view="auto").rotation, Camera.choose(half_sphere).rotation)
+    with pytest.raises(ValueError, match=r"one of auto, x, -x, y, -y, z, -z \(got 'up'\)"):
+        Camera.choose(half_sphere, view="up")

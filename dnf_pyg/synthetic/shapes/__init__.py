@@ -1,6 +1,7 @@
 """Clean meshes made in code: parts with sharp edges, smooth and bumpy bodies; a generator determines the mesh."""
 
 from collections.abc import Callable
+from typing import Protocol
 
 from torch import Generator, Tensor
 
@@ -11,19 +12,25 @@ from dnf_pyg.synthetic.shapes.solid import Solid
 
 __all__ = ["SHAPES"]
 
-Shape = Callable[[Generator, int], tuple[Tensor, Tensor]]
+Mesh = tuple[Tensor, Tensor]
+
+
+class Shape(Protocol):
+    """A kind of shape."""
+
+    def __call__(self, generator: Generator, num_faces: int, places: dict[str, Tensor] | None = None, /) -> Mesh:
+        """Make one of about ``num_faces`` faces; with the ``places`` of another, the same solid."""
 
 
 def _from_solid(recipe: Callable[[Dice], Solid]) -> Shape:
-    def make(generator: Generator, num_faces: int) -> tuple[Tensor, Tensor]:
-        dice = Dice(generator)
+    def make(dice: Dice, num_faces: int) -> Mesh:
         mesh = build_recipe(recipe, num_faces, dice)
         return _cut_open(mesh.pos, mesh.face, dice) if dice.chance(0.15) else (mesh.pos, mesh.face)
 
-    return make
+    return _from_mesh(make)
 
 
-def _cut_open(pos: Tensor, face: Tensor, dice: Dice) -> tuple[Tensor, Tensor]:
+def _cut_open(pos: Tensor, face: Tensor, dice: Dice) -> Mesh:
     """Remove the faces beyond a plane, a tenth to a third of them, so that the mesh has a boundary."""
     height = pos[face].mean(0) @ dice.direction()
     kept = face[:, height < height.quantile(dice.uniform(0.67, 0.9))]
@@ -31,8 +38,8 @@ def _cut_open(pos: Tensor, face: Tensor, dice: Dice) -> tuple[Tensor, Tensor]:
     return pos[used], face
 
 
-def _from_mesh(recipe: Callable[[Dice, int], tuple[Tensor, Tensor]]) -> Shape:
-    return lambda generator, num_faces: recipe(Dice(generator), num_faces)
+def _from_mesh(recipe: Callable[[Dice, int], Mesh]) -> Shape:
+    return lambda generator, num_faces, places=None: recipe(Dice(generator, places), num_faces)
 
 
 SHAPES: dict[str, Shape] = {

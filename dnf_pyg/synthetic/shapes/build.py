@@ -48,8 +48,10 @@ def build_recipe(recipe: Callable[[Dice], Solid], num_faces: int, dice: Dice) ->
         dice: Source of randomness.
     """
     while True:
+        place = dice.mark("solid")
         mesh = build(recipe(dice).move(dice.rotation()), num_faces, dice)
         if mesh is not None:
+            dice.keep("solid", place)
             return mesh
 
 

@@ -14,14 +14,29 @@ T = TypeVar("T")
 class Dice:
     """Draws plain Python values from a generator.
 
+    Args:
+        generator: Source of the random numbers.
+        places: States of the generator by name, to which it returns at :meth:`mark`.
+
     Example:
         >>> dice = Dice(torch.Generator().manual_seed(0))
         >>> 2 <= dice.uniform(2, 3) <= 3, dice.integer(4, 4), dice.choice("a")
         (True, 4, 'a')
     """
 
-    def __init__(self, generator: Generator) -> None:
+    def __init__(self, generator: Generator, places: dict[str, Tensor] | None = None) -> None:
         self.generator = generator
+        self._places = {} if places is None else places
+
+    def mark(self, name: str) -> Tensor:
+        """State of the generator; if this place is kept, first return to it."""
+        if name in self._places:
+            self.generator.set_state(self._places.pop(name))
+        return self.generator.get_state()
+
+    def keep(self, name: str, state: Tensor) -> None:
+        """Make other dice with the same places draw the same from here."""
+        self._places[name] = state
 
     def uniform(self, low: float, high: float) -> float:
         """Draw a number between ``low`` and ``high``."""

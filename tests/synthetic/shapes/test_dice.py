@@ -25,3 +25,18 @@ def test_the_same_generator_gives_the_same():
 
     assert values(3) == values(3)
     assert values(3) != values(4)
+
+
+def test_dice_with_the_same_places_return_once_to_what_is_kept():
+    places = {}
+    dice = Dice(torch.Generator().manual_seed(0), places)
+    skipped = dice.uniform(0, 1)
+    place = dice.mark("here")
+    kept = [dice.uniform(0, 1), dice.uniform(0, 1)]
+    dice.keep("here", place)
+    other = Dice(torch.Generator().manual_seed(5), places)
+    assert other.uniform(0, 1) != skipped
+    other.mark("here")
+    assert [other.uniform(0, 1), other.uniform(0, 1)] == kept
+    following = other.mark("here")  # nothing is kept any more
+    assert torch.equal(following, other.generator.get_state())

@@ -1,15 +1,19 @@
+from types import SimpleNamespace
+
 import pytest
 import torch
 from torch import Generator
 
 from dnf_pyg.synthetic.shapes import SHAPES
+from dnf_pyg.synthetic.shapes.build import build_recipe
+from dnf_pyg.synthetic.shapes.dice import Dice
 from dnf_pyg.synthetic.shapes.sized import sized_shape
 
 
 def counted(number_for, asked):
     """A shape with ``number_for(n)`` faces; keeps what was asked."""
 
-    def shape(generator: Generator, num_faces: int):
+    def shape(generator: Generator, num_faces: int, places):
         asked.append((num_faces, generator.initial_seed()))
         return torch.zeros(3, 3), torch.zeros(3, number_for(num_faces), dtype=torch.long)
 
@@ -35,3 +39,41 @@ def test_keeps_the_nearest_of_those_that_do_not_fit():
 def test_bodies_of_waves_have_the_faces_of_a_geodesic_sphere(name, num_faces, frequency):
     pos, face = SHAPES[name](Generator().manual_seed(0), num_faces)
     assert (len(pos), face.size(1)) == (10 * frequency**2 + 2, 20 * frequency**2)
+
+
+def test_the_same_solid_is_meshed_again_whatever_details_another_size_allows(monkeypatch):
+    meshed = []
+
+    class Solid:
+        def __init__(self, detail):
+            self.detail = detail
+
+        def move(self, rotation):
+            return self
+
+    def build(solid, num_faces, dice):
+        if solid.detail < 1 / num_faces**0.5:
+            return None
+        meshed.append(solid.detail)
+        dice.normal(num_faces)
+        return SimpleNamespace(face=torch.zeros(3, num_faces // 2, dtype=torch.long))
+
+    def shape(generator, num_faces, places):
+        mesh = build_recipe(lambda dice: Solid(0.2 * dice.uniform(0, 1)), num_faces, Dice(generator, places))
+        return torch.zeros(3, 3), mesh.face
+
+    monkeypatch.setattr("dnf_pyg.synthetic.shapes.build.build", build)
+    for seed in range(20):
+        meshed.clear()
+        _, face = sized_shape(shape, seed, 200)
+        assert face.size(1) == 200
+        first, second = meshed  # 400 faces allow details that 200 do not
+        assert first == second
+
+
+@pytest.mark.parametrize(("name", "num_faces"), [("gear", 900), ("bracket", 900), ("knot", 700), ("relief", 800)])
+def test_number_of_faces_is_kept_within_a_tenth(name, num_faces):
+    told = []
+    _, face = sized_shape(SHAPES[name], 0, num_faces, progress=lambda *at: told.append(at))
+    assert abs(face.size(1) - num_faces) <= 0.1 * num_faces
+    assert told == [(number, 6) for number in range(len(told))]
