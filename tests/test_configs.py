@@ -61,8 +61,6 @@ def test_config_fits(path, cnr_folder, tmp_path, monkeypatch):
         options = {**small, "root": cnr_folder, "cache": cache}
     elif config["class_path"].endswith("CleanMeshesDataModule"):
         options = {**small, "root": cnr_folder / "Synthetic/train/original", "names": "null", "cache": cache}
-    elif config["class_path"].endswith("DepthCameraDataModule"):
-        options = {**small, "root": cnr_folder / "Synthetic/train/original", "num_views": 1, "cache": cache}
     elif config["class_path"].endswith("PairsDataModule"):
         folder = cnr_folder / "Synthetic/train"
         options = {**small, "noisy": folder / "noisy", "clean": folder / "original", "cache": cache}
