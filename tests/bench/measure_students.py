@@ -18,14 +18,14 @@ from dnf_pyg.mesh.noise import GaussianNormalNoise
 from dnf_pyg.nn import SurfaceDNFNet
 from dnf_pyg.patches import PatchExtractor, cover
 
-ONE_PATCH = FilterOptions(coverage=1, precision=FAST.precision)
+SMALL = FilterOptions(coverage=1, batch_size=16)  # calls of small networks cost more than their arithmetic
+LEVELS = {"k": (8, 16, 16), "channels": (32, 64, 64), "residual_k": 8, "bilateral_iterations": 6}
 STUDENTS = {
-    "three levels, two units": {"k": (8, 16, 16), "channels": (32, 64, 64), "embedding_channels": 64},
-    "three levels": {"k": (8, 16, 16), "channels": (32, 64, 64), "embedding_channels": 64, "num_units": 1},
-    "three levels, wide end": {"k": (8, 12, 16), "channels": (32, 32, 64), "num_units": 1},
-    "three narrow levels": {"k": (8, 12, 16), "channels": (32, 32, 48), "embedding_channels": 64, "num_units": 1},
-    "two levels, two units": {"k": (8, 16), "channels": (32, 64), "embedding_channels": 64, "residual_k": 8},
-    "two levels": {"k": (8, 16), "channels": (32, 64), "embedding_channels": 64, "num_units": 1},
+    "three levels, two units": {**LEVELS, "embedding_channels": 64},
+    "three levels": {**LEVELS, "embedding_channels": 64, "num_units": 1},
+    "three levels, narrow end": {**LEVELS, "embedding_channels": 32, "num_units": 1},
+    "three levels, more neighbours": {**LEVELS, "k": (8, 16, 24), "embedding_channels": 64, "num_units": 1},
+    "two levels": {**LEVELS, "k": (8, 16), "channels": (32, 64), "embedding_channels": 64, "num_units": 1},
 }
 
 
@@ -49,7 +49,7 @@ def main():
     pos = GaussianNormalNoise()(pos, face, 0.2, torch.Generator().manual_seed(0))
     best = load_network("best")
     rows = {"best": (best, FilterOptions()), "best, `--fast`": (best, FAST)}
-    rows |= {title: (SurfaceDNFNet(**arguments).eval(), ONE_PATCH) for title, arguments in STUDENTS.items()}
+    rows |= {title: (SurfaceDNFNet(**arguments).eval(), SMALL) for title, arguments in STUDENTS.items()}
 
     def cut(net, options):
         for _ in cover(PatchExtractor(pos, face, patch_size=800, k=max(net.k)), min_coverage=options.coverage):
