@@ -7,6 +7,7 @@ meshes of ``train`` that the weights were not trained on. Nothing here is part o
 
 import sys
 import time
+import warnings
 from pathlib import Path
 from zlib import crc32
 
@@ -15,6 +16,7 @@ import torch
 import trimesh
 
 from dnf_pyg import FAST, FilterOptions, denoise, load_network
+from dnf_pyg.errors import DenoiseWarning
 from dnf_pyg.evaluate.baselines import BASELINES
 from dnf_pyg.evaluate.benchmark import ClassicalMethod
 from dnf_pyg.evaluate.benchmark.tables import bold_lowest, markdown_table, number
@@ -162,6 +164,7 @@ PARTS = {part.__name__: part for part in (invariance, folds, kinds, iterations, 
 
 
 def main():
+    warnings.simplefilter("ignore", DenoiseWarning)  # of noise above the levels of the training
     net = load_network("best")
     for name in sys.argv[2:] or PARTS:
         print(f"\n{name}, weights {fingerprint(net)}")
