@@ -52,17 +52,20 @@ def test_config_fits(path, cnr_folder, tmp_path, monkeypatch):
     small = {"patches.patch_size": 60, "patches.num_patches": 2, "loader.batch_size": 2}
     cache = tmp_path / "cache"
     if config["class_path"].endswith("JointDataModule"):
+        clean = cnr_folder / "Synthetic/train/original"
         options = {
             f"parts.{name}.init_args.{key}": value
-            for name in config["init_args"]["parts"]
-            for key, value in {**small, "root": cnr_folder, "cache": cache}.items()
+            for name, part in config["init_args"]["parts"].items()
+            for key, value in {
+                **small,
+                "root": clean if "Clean" in part["class_path"] else cnr_folder,
+                "cache": cache,
+            }.items()
         }
     elif config["class_path"].endswith("CNRDataModule"):
         options = {**small, "root": cnr_folder, "cache": cache}
     elif config["class_path"].endswith("CleanMeshesDataModule"):
         options = {**small, "root": cnr_folder / "Synthetic/train/original", "names": "null", "cache": cache}
-    elif config["class_path"].endswith("DepthCameraDataModule"):
-        options = {**small, "root": cnr_folder / "Synthetic/train/original", "num_views": 1, "cache": cache}
     elif config["class_path"].endswith("PairsDataModule"):
         folder = cnr_folder / "Synthetic/train"
         options = {**small, "noisy": folder / "noisy", "clean": folder / "original", "cache": cache}

@@ -16,7 +16,8 @@ from dnf_pyg.view import save_figure
 
 __all__ = ["draw_plots", "draw_scores", "line_style", "plot"]
 
-_MARKERS = "oDs^vP*X<>p"  # one more than there are colours, so that no two methods have the same of both
+_COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")  # Okabe and Ito
+_MARKERS = "oDs^vP*X<>p"  # no common divisor with the number of colours, so no two methods look alike
 
 
 def draw_plots(folder: Path, rows: Sequence[Row]) -> None:
@@ -64,7 +65,7 @@ def draw_scores(path: Path, rows: Sequence[Row]) -> None:
 def plot(path: Path, size: tuple[float, float]) -> Iterator[Axes]:
     """Give axes to draw on, ``size`` in inches, then add a legend beside them and write the png."""
     with mpl.rc_context({"text.parse_math": False}):  # names of meshes and methods are no formulas
-        figure = Figure(figsize=size, dpi=120, layout="constrained")
+        figure = Figure(figsize=size, dpi=150, layout="constrained")
         axes = figure.subplots()
         axes.grid(alpha=0.3)
         yield axes
@@ -74,6 +75,10 @@ def plot(path: Path, size: tuple[float, float]) -> Iterator[Axes]:
 
 
 def line_style(number: int) -> dict[str, Any]:
-    """Colour, marker and width of the line of a method, by its place in the legend; the first is the widest."""
-    marker = _MARKERS[number % len(_MARKERS)]
-    return {"color": f"C{number}", "marker": marker, "linewidth": 1.2 if number else 2.2}
+    """Look of the line of a method, by its place in the legend: the first is the widest, later ones are dashed."""
+    return {
+        "color": _COLORS[number % len(_COLORS)],
+        "marker": _MARKERS[number % len(_MARKERS)],
+        "linestyle": "-" if number < len(_COLORS) else "--",
+        "linewidth": 1.2 if number else 2.2,
+    }

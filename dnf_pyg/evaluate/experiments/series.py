@@ -144,7 +144,7 @@ SERIES = {
         "The paper tests Eros with 100,000 down to 1,562 faces.",
         _decimated,
         lambda setting: (GaussianNormalNoise(), 0.1),
-        lambda setting, num_faces: f"{num_faces:.0f}",
+        lambda setting, num_faces: f"{num_faces:,.0f}",
     ),
     "triangulation": Series(
         "Robustness to irregular triangulation",

@@ -63,10 +63,11 @@ def write_series(
     }
     write_files({folder / file: content.encode() for file, content in files.items()})
     theta = means(common, "theta_deg", "method", "noise")
-    with plot(folder / f"{name}.png", (7.5, 4)) as axes:
-        for number_of_line, method in enumerate(["noisy", *methods]):
+    is_scale = all(setting.replace(".", "").isdigit() for setting in settings)  # else kinds, which no line joins
+    with plot(folder / f"{name}.png", (8, 4.5)) as axes:
+        for number_of_line, method in enumerate(methods):
             known = [place for place, setting in enumerate(settings) if (method, setting) in theta]
-            style = line_style(number_of_line - 1) if number_of_line else {"color": "0.5", "linestyle": "--"}
+            style = line_style(number_of_line) | ({} if is_scale else {"linewidth": 0, "markersize": 8})
             axes.plot(known, [theta[method, settings[place]] for place in known], **style, label=method)
         axes.set_xticks(range(len(settings)), _values(series, settings, common))
         axes.set_ylim(bottom=0)

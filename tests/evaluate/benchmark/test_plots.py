@@ -29,4 +29,4 @@ def test_no_rows_make_empty_plots(tmp_path):
 
 def test_no_two_methods_look_alike():
     styles = [line_style(number) for number in range(30)]
-    assert len({(style["color"][-1], style["marker"]) for style in styles}) == 30
+    assert len({(style["color"], style["marker"]) for style in styles}) == 30
