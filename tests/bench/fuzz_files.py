@@ -162,7 +162,7 @@ def damage_tree(data: bytes, draw: random.Random) -> bytes:
             tree["images"] = [{"uri": draw.choice(NAMES)} for _ in range(draw.choice((1, 20)))]
         case 5:
             mesh = draw.choice(tree["meshes"])
-            mesh["primitives"] = mesh["primitives"] * draw.choice((2, 1000, 20_000))
+            mesh["primitives"] = (mesh["primitives"] * draw.choice((2, 1000, 20_000)))[:20_000]
         case 6:
             tree["extras"] = json.loads("[" * 800 + "]" * 800)
         case _:
