@@ -15,7 +15,7 @@ from dnf_pyg.io.formats.text import check_text, number_text, parse_numbers, repl
 __all__ = ["ObjDocument"]
 
 _LINE_END = re.compile(rb"(?<!\\)(?<!\\\r)\n")
-_LIBRARY = re.compile(rb"^([ \t]*mtllib[ \t]+)([^\r\n]*?)([ \t\r]*)$", re.MULTILINE)
+_LIBRARY = re.compile(rb"^((?:\xef\xbb\xbf)?[ \t]*mtllib[ \t]+)([^\r\n]*?)([ \t\r]*)$", re.MULTILINE)
 _BLANKS = re.compile(rb"([ \t]+)")
 
 

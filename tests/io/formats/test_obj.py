@@ -92,6 +92,8 @@ def test_names_of_material_libraries(tmp_path, line, names, written):
     assert ObjDocument.place_companions(b"v 0 0 0\n" + line + b"\n", tmp_path, place) == b"v 0 0 0\n" + written + b"\n"
     assert seen == names
     assert ObjDocument.place_companions(line, tmp_path, lambda name: name) == line
+    marked = b"\xef\xbb\xbf"  # a byte-order mark before the first line
+    assert ObjDocument.place_companions(marked + line, tmp_path, place) == marked + written
 
 
 @pytest.mark.parametrize(
