@@ -14,7 +14,7 @@ from dnf_pyg.mesh.geometry import (
     vertex_normals,
 )
 from dnf_pyg.mesh.local_noise import LocalNoise
-from dnf_pyg.mesh.noise import CorrelatedNoise
+from dnf_pyg.mesh.noise import CorrelatedNoise, ImpulsiveNoise
 from dnf_pyg.mesh.noise_level import estimate_noise
 
 
@@ -63,6 +63,17 @@ def test_sharp_edges_do_not_count(level, cube_mesh):
     found = LocalNoise(noisy(*as_tensors(fine), sigma), as_tensors(fine)[1])
     assert relative(found.sigma, sigma)[1] == pytest.approx(1, abs=0.15)
     assert found.certain.all()
+
+
+def test_impulsive_noise_between_flat_pairs(cube_mesh):
+    """A quarter of the pairs of faces stays exactly flat, and that is no sign of edges."""
+    fine = as_tensors(
+        trimesh.Trimesh(cube_mesh[0].numpy(), cube_mesh[1].t().numpy(), process=False).subdivide().subdivide()
+    )
+    bumpy = ImpulsiveNoise()(*fine, 0.3, torch.Generator().manual_seed(0))
+    found = LocalNoise(bumpy, fine[1])
+    assert relative(found.sigma, (bumpy - fine[0]).square().sum(dim=1).mean().sqrt())[1] == pytest.approx(1, abs=0.15)
+    assert found.unexplained(face_normals(*fine), 1.6).double().mean() < 0.1
 
 
 def test_mesh_with_two_scales(sphere_mesh):
