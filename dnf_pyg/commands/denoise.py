@@ -26,7 +26,7 @@ from dnf_pyg.progress import progress_bar
 from dnf_pyg.view import Camera, draw_meshes, write_index, write_report
 from dnf_pyg.weights.load import load_cascade
 
-__all__ = ["run"]
+__all__ = ["check_device", "run"]
 
 
 def run(options: DenoiseOptions) -> None:
@@ -39,7 +39,7 @@ def run(options: DenoiseOptions) -> None:
     if options.threads is not None:
         torch.set_num_threads(options.threads)
     cascade = load_cascade(options.weights, options.data_set)
-    _check_device(options.filtering.device)
+    check_device(options.filtering.device)
     failed, pages = [], {}
     for number, (path, output) in enumerate(outputs.items(), start=1):
         if several and output.exists() and not options.overwrite:
@@ -168,7 +168,12 @@ def _shown(options: DenoiseOptions) -> dict[str, str]:
     return {name.replace("_", " "): named.get(str(value), str(value)) for name, value in values.items()}
 
 
-def _check_device(name: str) -> None:
+def check_device(name: str) -> None:
+    """Make sure, before long work, that the network can run on a device.
+
+    Raises:
+        OptionError: If this machine has no such device.
+    """
     try:
         torch.zeros(1, device=inference_device(name)).cpu()
     except (RuntimeError, AssertionError) as error:

@@ -10,6 +10,7 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
+from dnf_pyg.commands.denoise import check_device
 from dnf_pyg.commands.terminal import printable, tell
 from dnf_pyg.commands.view_options import ServeOptions
 from dnf_pyg.errors import DNFError, OptionError
@@ -31,7 +32,7 @@ def run(options: ServeOptions) -> None:
     """Serve the page until the program is interrupted.
 
     Raises:
-        OptionError: If the address cannot be listened on.
+        OptionError: If the address cannot be listened on, or this machine has no such device.
         WeightsError: If the weights cannot be loaded.
     """
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # files are deleted then, too
@@ -51,11 +52,12 @@ def serving(options: ServeOptions) -> Iterator[Any]:
         The Gradio app.
 
     Raises:
-        OptionError: If the address cannot be listened on.
+        OptionError: If the address cannot be listened on, or this machine has no such device.
         WeightsError: If the weights cannot be loaded.
     """
     import gradio as gr  # an extra
 
+    check_device(options.device)
     cascade = load_cascade(options.weights)
     with tempfile.TemporaryDirectory(prefix="dnf_pyg_") as folder:
         os.environ["GRADIO_TEMP_DIR"] = folder

@@ -145,5 +145,12 @@ def test_address_that_is_taken_and_end_of_files(app, noisy, monkeypatch):
     assert not Path(upload).parents[1].exists()
 
 
+def test_device_that_is_not_there(app):
+    from dnf_pyg.commands.serve import serving
+
+    with pytest.raises(OptionError, match="Expected a device of this machine"):
+        serving(_options(app, device="cuda:99")).__enter__()
+
+
 def _options(app, **others):
     return ServeOptions(weights=str(app.weights), **others)

@@ -19,7 +19,7 @@ def sized_shape(
     """Make a shape again until it has the wanted number of faces within 8%, or as near as it comes.
 
     Kinds of shapes take their number of faces for a rough guide: the area of a solid is estimated before it is meshed.
-    Which solids have details too small to be meshed depends on that number, so the first one made is kept.
+    Which solids have details too small to be meshed depends on that number, so the one of the second try is kept.
 
     Args:
         shape: One of :data:`~dnf_pyg.synthetic.shapes.SHAPES`.
@@ -41,7 +41,7 @@ def sized_shape(
     places: dict[str, Tensor] = {}
     for number in range(max_tries):
         progress(number, max_tries)
-        pos, face = shape(Generator().manual_seed(seed), max(4, round(asked)), places)
+        pos, face = shape(Generator().manual_seed(seed), max(4, round(asked)), places if number else None)
         found = face.size(1)
         if best is None or abs(found - num_faces) < abs(best[1].size(1) - num_faces):
             best = pos, face

@@ -56,10 +56,12 @@ def test_the_same_solid_is_meshed_again_whatever_details_another_size_allows(mon
             return None
         meshed.append(solid.detail)
         dice.normal(num_faces)
-        return SimpleNamespace(face=torch.zeros(3, num_faces // 2, dtype=torch.long))
+        return SimpleNamespace(
+            face=torch.zeros(3, num_faces // 2 if num_faces == 200 else 2 * num_faces // 5, dtype=torch.long)
+        )
 
     def shape(generator, num_faces, places):
-        mesh = build_recipe(lambda dice: Solid(0.2 * dice.uniform(0, 1)), num_faces, Dice(generator, places))
+        mesh = build_recipe(lambda dice: Solid(0.08 * dice.uniform(0, 1)), num_faces, Dice(generator, places))
         return torch.zeros(3, 3), mesh.face
 
     monkeypatch.setattr("dnf_pyg.synthetic.shapes.build.build", build)
@@ -67,11 +69,11 @@ def test_the_same_solid_is_meshed_again_whatever_details_another_size_allows(mon
         meshed.clear()
         _, face = sized_shape(shape, seed, 200)
         assert face.size(1) == 200
-        first, second = meshed  # 400 faces allow details that 200 do not
-        assert first == second
+        _, second, third = meshed  # 500 faces allow details that 400 do not
+        assert second == third
 
 
-@pytest.mark.parametrize(("name", "num_faces"), [("gear", 900), ("bracket", 900), ("knot", 700), ("relief", 800)])
+@pytest.mark.parametrize(("name", "num_faces"), [("block", 1000), ("polyhedron", 600)])
 def test_number_of_faces_is_kept_within_a_tenth(name, num_faces):
     told = []
     _, face = sized_shape(SHAPES[name], 0, num_faces, progress=lambda *at: told.append(at))
