@@ -28,6 +28,8 @@ _TRUE = (0.0, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.7, 1.0)
 _WHITE, _SHAPE, _MOST = 1.9, 0.018, 3.2
 _WIDTH = 0.12  # of the transition from white to correlated noise
 _LARGEST = 3.2  # ratio of the responses in noise, which has a white part: real scans reach 2.9, relief starts at 3.4
+_STRONG = 0.06  # response of the high band to a white part that relief of a mesh with white noise may be read with
+_RISE, _WIDE = 3.55, 1.1  # from there on, ratio of the low to the middle band, and low band, that only a shape has
 _VARIANCE = 2.0  # of correlated noise, relative to the squared response of the middle band
 _WEAK = 0.01  # level of noise that is as good as none, whose correlation means nothing
 _CORRELATED = 0.5  # correlation above which noise is not white
@@ -60,17 +62,20 @@ def estimate_noise(pos: Tensor, face: Tensor, topology: Topology | None = None) 
     r"""Estimate the level and the correlation of the noise of a mesh.
 
     With the lazy random walk S on the vertices (:func:`~dnf_pyg.mesh.vertex_graph.lazy_walk`), the vertex positions
-    are filtered by two band-pass filters, and the results are projected on smoothed vertex normals:
+    are filtered by three band-pass filters, and the results are projected on smoothed vertex normals:
 
     .. math::
         \mathbf{H} = (\mathbf{I} - \mathbf{S})^4, \qquad
-        \mathbf{M} = \mathbf{S}^{12} (\mathbf{I} - \mathbf{S})^6.
+        \mathbf{M} = \mathbf{S}^{12} (\mathbf{I} - \mathbf{S})^6, \qquad
+        \mathbf{L} = \mathbf{S}^{48} (\mathbf{I} - \mathbf{S})^6.
 
     The powers of I - S suppress smoothly curved surfaces, and a low quantile over the vertices leaves out sharp
     edges. Each response is divided by that of white noise of unit variance on the same mesh. White noise responds
     equally in both bands, noise with a correlation length of a few edges more in the middle one. Relief of a clean
     shape responds still more there: noise always has a white part, so a high band without one, or much weaker than
-    the middle band, means that there is no correlated noise.
+    the middle band, means that there is no correlated noise. White noise on relief looks like correlated noise in
+    these two bands. The low band tells them apart, since relief grows with its width, and noise ends at its
+    correlation length.
 
     Pairs of adjacent faces tell noise from sharp edges: on a clean CAD model whose vertices all lie at sharp edges,
     many pairs are exactly flat, while noise bends all of them. Where the pairs are flatter than the high band
@@ -102,7 +107,7 @@ def estimate_noise(pos: Tensor, face: Tensor, topology: Topology | None = None) 
     used = np.unique(face.numpy())
     centred = ((pos - pos[used].mean(dim=0)) / unit).numpy()
     walk = lazy_walk(topology.edges, len(pos))
-    high, middle = _responses(walk, centred, smoothed_normals(walk, pos, face), used)
+    high, middle, low = _responses(walk, centred, smoothed_normals(walk, pos, face), used)
     flatness = _flatness(centred, face.numpy(), _QUANTILE)
     coarse = (middle > _COARSE and flatness < high / 2) or len(used) < _FEW
     if not coarse:
@@ -112,7 +117,8 @@ def estimate_noise(pos: Tensor, face: Tensor, topology: Topology | None = None) 
     flat = flatness / high
     explained = min(1.0, flat + flatness)  # strong noise bends the pairs less than it moves the vertices
     white = explained * high
-    is_shape = coarse or high < _WEAK or middle > _LARGEST * high
+    relief = high > _STRONG and (low > _RISE * middle or low > _WIDE)
+    is_shape = coarse or relief or high < _WEAK or middle > _LARGEST * high
     limit = min(_WHITE + _SHAPE / high**2, _MOST)
     excess = 0.0 if is_shape else max((middle / high) ** 2 - limit, 0.0) / _WIDTH
     correlated = excess / (1 + excess)
@@ -138,8 +144,8 @@ def estimate_noise_level(pos: Tensor, face: Tensor, topology: Topology | None = 
 
 def _responses(
     walk: csr_array, pos: NDArray[np.float64], normal: NDArray[np.float64], used: NDArray[np.int64]
-) -> tuple[float, float]:
-    """Responses of the high and the middle band along the normals, multiples of those of unit white noise."""
+) -> list[float]:
+    """Responses of the high, middle and low band along the normals, multiples of those of unit white noise."""
     noise = np.random.default_rng(0).standard_normal((len(pos), 1))
     signal = np.concatenate([pos, noise], axis=1)
 
@@ -148,14 +154,14 @@ def _responses(
         scale = np.quantile(np.abs(signal[used, 3]), _QUANTILE)
         return float(np.quantile(along, _QUANTILE) / scale) if scale > 0 else 0.0
 
-    for _ in range(4):
-        signal = signal - walk @ signal
-    high = response()
-    for _ in range(2):
-        signal = signal - walk @ signal
-    for _ in range(12):
-        signal = walk @ signal
-    return high, response()
+    found = []
+    for differences, means in ((4, 0), (2, 12), (0, 36)):
+        for _ in range(differences):
+            signal = signal - walk @ signal
+        for _ in range(means):
+            signal = walk @ signal
+        found.append(response())
+    return found
 
 
 def _flatness(pos: NDArray[np.float64], face: NDArray[np.int64], quantile: float) -> float:

@@ -10,7 +10,7 @@ from dnf_pyg.mesh import boundary_vertices
 
 def test_part_and_scan_are_denoised_and_shown(tmp_path, capsys):
     folder = tmp_path / "new" / "demo"
-    assert main(["demo", "-o", str(folder), "--faces", "6000"]) == 0
+    assert main(["demo", "-o", str(folder), "--faces", "4000"]) == 0
     told = capsys.readouterr().out
     for name in ("part", "scan"):
         assert f"picture: {folder / name}.png" in told

@@ -58,6 +58,19 @@ def test_relief_is_not_correlated_noise(height, meshes):
     assert not estimate.is_correlated
 
 
+@pytest.mark.parametrize("level", [0.1, 0.15])
+def test_white_noise_on_relief_is_not_correlated(level, meshes):
+    """Waves of 8 and 16 edges: detail that grows with its width, as on a decimated statue."""
+    pos, face = meshes["sphere"]
+    unit = float(mean_edge_length(pos, face))
+    relief = sum(
+        size * torch.sin(pos * (2 * math.pi / (wave * unit))).prod(dim=1) for wave, size in ((8, 2.0), (16, 8.0))
+    )
+    estimate = estimate_noise(*noisy((pos + unit * relief[:, None] * pos, face), GaussianNormalNoise(), level))
+    assert not estimate.is_correlated
+    assert estimate.level < 2 * level
+
+
 def test_rounded_depths_do_not_count_as_flat():
     grid = trimesh.creation.box((2, 2, 0.1)).subdivide_to_size(0.05)
     noise = RayNoise([0, 2, 8], [0.1, 0.6, 0.3], camera=(0.0, 0.0, 9.0), step=0.3)
