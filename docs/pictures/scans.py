@@ -33,11 +33,10 @@ def read(path: Path) -> tuple[Tensor, Tensor, Tensor | None]:
 def before_and_after(path: Path) -> Figure:
     """A scan, the scan denoised and, where it is known, the true surface."""
     noisy, face, true = read(path)
-    options = {"filtering": FilterOptions(num_coarser=1), "update": UpdateOptions(max_correlation=1.0)}
-    meshes = {"scan": noisy, "denoised": dnf_pyg.denoise((noisy, face.t()), **options).pos}
+    meshes = {"scan": noisy, "denoised": dnf_pyg.denoise((noisy, face.t())).pos}
     if true is None:
-        options = {"filtering": FilterOptions(num_coarser=0), "update": UpdateOptions(max_correlation=-0.03)}
-        meshes["as independent noise"] = dnf_pyg.denoise((noisy, face.t()), **options).pos
+        options = {"filtering": FilterOptions(num_coarser=1), "update": UpdateOptions(max_correlation=1.0)}
+        meshes["from a coarser version"] = dnf_pyg.denoise((noisy, face.t()), **options).pos
     camera = Camera.choose((noisy if true is None else true, face))
     if true is not None:
         meshes["true"] = true
