@@ -12,7 +12,6 @@ from PIL import Image
 from torch import Tensor
 
 import dnf_pyg
-from dnf_pyg import FilterOptions, UpdateOptions
 from dnf_pyg.mesh.correlation import correlation_by_ring
 from dnf_pyg.mesh.geometry import vertex_normals
 from dnf_pyg.mesh.noise import CorrelatedNoise, GaussianNormalNoise
@@ -34,9 +33,6 @@ def before_and_after(path: Path) -> Figure:
     """A scan, the scan denoised and, where it is known, the true surface."""
     noisy, face, true = read(path)
     meshes = {"scan": noisy, "denoised": dnf_pyg.denoise((noisy, face.t())).pos}
-    if true is None:
-        options = {"filtering": FilterOptions(num_coarser=1), "update": UpdateOptions(max_correlation=1.0)}
-        meshes["from a coarser version"] = dnf_pyg.denoise((noisy, face.t()), **options).pos
     camera = Camera.choose((noisy if true is None else true, face))
     if true is not None:
         meshes["true"] = true
