@@ -114,12 +114,13 @@ def unfold(pos: Floats, face: Ints, normal: Floats, fixed: Flags, origin: Floats
     return opened
 
 
+@njit(cache=True, nogil=True)
 def _flipped(pos: Floats, face: Ints, normal: Floats) -> Flags:
     """Mark the faces, (F,), that are flipped and no lines."""
-    a, b, c = pos[face.T]
-    across = np.cross(b - a, c - a)
-    flat = _FLAT * (np.square(b - a) + np.square(c - a)).sum(axis=1)
-    return ((across * normal).sum(axis=1) < 0) & (np.square(across).sum(axis=1) > np.square(flat))
+    flipped = np.empty(len(face), dtype=np.bool_)
+    for f in range(len(face)):
+        flipped[f] = _along(pos, face[f], normal[f]) < 0 and not _is_line(pos, face[f])
+    return flipped
 
 
 @njit(cache=True, nogil=True)

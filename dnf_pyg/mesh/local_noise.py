@@ -89,6 +89,7 @@ class LocalNoise:
         self.estimate = estimate or estimate_noise(pos, face, topology)
         sigma = seen = np.zeros(len(pos))
         if self.estimate.level > 0:
+            self._across = smoothed_normals(self._walk, self._pos, self._face)
             sharp, bent = self._high_pass(), self._bending()
             bent = np.maximum(bent, self._alternating(topology.edges, sharp))
             correlated = self.estimate.is_correlated  # such noise bends pairs of faces less than it displaces them
@@ -145,7 +146,7 @@ class LocalNoise:
         signal = np.concatenate([self._pos.numpy(), noise], axis=1)
         for _ in range(4):
             signal = signal - self._walk @ signal
-        along = np.abs((signal[:, :3] * smoothed_normals(self._walk, self._pos, self._face)).sum(axis=1))
+        along = np.abs((signal[:, :3] * self._across).sum(axis=1))
         white = _MEAN * np.sqrt(np.square(signal[:, 3:]).mean(axis=1))
         mean = self._around(np.stack([along, white], axis=1))
         return _quotient(mean[:, 0], mean[:, 1])
@@ -172,9 +173,7 @@ class LocalNoise:
 
     def _alternating(self, edge: Tensor, found: NDArray[np.float64]) -> NDArray[np.float64]:
         """Mean of a reading (V,) over the vertices around that are bent against their neighbours, or 0."""
-        bend = (
-            (self._pos.numpy() - self._walk @ self._pos.numpy()) * smoothed_normals(self._walk, self._pos, self._face)
-        ).sum(axis=1)
+        bend = ((self._pos.numpy() - self._walk @ self._pos.numpy()) * self._across).sum(axis=1)
         one, other = edge.numpy()
         sums = np.zeros((len(self._pos), 2))
         for end in (one, other):
