@@ -29,7 +29,6 @@ __all__ = ["validate_mesh"]
 
 _LIMIT = 1e30  # up to which distances are finite in float32 and products of coordinates in float64
 _SMALLEST = 1e-100  # extent from which squares of distances do not vanish in float64
-_SMALLEST = 1e-100  # extent from which squares of distances do not vanish in float64
 
 
 def validate_mesh(pos: Tensor, face: Tensor) -> None:
@@ -73,10 +72,6 @@ def validate_mesh(pos: Tensor, face: Tensor) -> None:
             f"Expected finite coordinates no larger than {_LIMIT:g} (got {pos[row].tolist()} at vertex {row}, "
             f"{int(bad.sum())} such vertices). Remove these vertices and their faces, or export the mesh again."
         )
-    corner = pos.detach()[face.flatten()]
-    extent = float((corner.amax(dim=0) - corner.amin(dim=0)).max())
-    if 0 < extent < _SMALLEST:
-        raise MeshError(f"Expected a mesh of an extent of at least {_SMALLEST:g} (got {extent:g}). Scale it up.")
     corner = pos.detach()[face.flatten()]
     extent = float((corner.amax(dim=0) - corner.amin(dim=0)).max())
     if 0 < extent < _SMALLEST:
