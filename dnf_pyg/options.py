@@ -60,6 +60,10 @@ class FilterOptions:
             heat method.
         batch_size: Patches per call of the network, or as many smaller ones as have that many faces. Fewer need less
             memory.
+        smoothing: Filtered normals are smoothed where they differ from their mean over the faces around by less than
+            about this share of the angle by which the noise turns normals, which leaves detail and sharp edges as they
+            are; 0 for none. If not given, this is 0.2 for white noise, and 0 for noise that is estimated to be
+            correlated between neighbouring vertices.
         num_coarser: Number of coarser versions of the mesh, each with a sixth of the faces, that are denoised before
             it. If not given, this is 0 for white noise, and 1 for noise that is estimated to be correlated between
             neighbouring vertices.
@@ -82,6 +86,7 @@ class FilterOptions:
     coverage: int = expert(2)
     growth: Literal["dijkstra", "heat"] = expert("dijkstra")
     batch_size: int = expert(4)
+    smoothing: float | None = expert(None)
     num_coarser: int | None = expert(None)
     seed: int = expert(0)
     precision: Literal["auto", "fp32", "bf16"] = expert("auto")
@@ -92,6 +97,8 @@ class FilterOptions:
         check_range("patch_size", self.patch_size, int, 1, 2**15 - 1)  # patches number their faces in int16
         check_range("coverage", self.coverage, int, 1, float("inf"))
         check_range("batch_size", self.batch_size, int, 1, float("inf"))
+        if self.smoothing is not None:
+            check_range("smoothing", self.smoothing, float, 0, 1)
         if self.num_coarser is not None:
             check_range("num_coarser", self.num_coarser, int, 0, float("inf"))
         check_range("seed", self.seed, int, 0, 2**63 - 1)
@@ -103,6 +110,12 @@ class FilterOptions:
         if self.num_coarser is not None:
             return self.num_coarser
         return 1 if is_correlated else 0
+
+    def smoothed_share(self, is_correlated: bool) -> float:
+        """Share of the angle of the noise up to which differences are smoothed, for white or correlated noise."""
+        if self.smoothing is not None:
+            return self.smoothing
+        return 0.0 if is_correlated else 0.2
 
 
 @dataclass(frozen=True)

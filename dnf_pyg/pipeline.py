@@ -97,8 +97,7 @@ def denoise(
     bar = nullcontext(progress) if callable(progress) else progress_bar("filtering", "face", hidden=not progress)
     with bar as report:
         steps = Steps(
-            cascade, filtering, update, noise.is_correlated, num_passes, report, watch,
-            ended=lambda *told: ended.append(told),
+            cascade, filtering, update, noise, num_passes, report, watch, ended=lambda *told: ended.append(told),
         )  # fmt: skip
         pos, fused = steps(start, face, fixed, topology)
     stays = torch.zeros(len(start), dtype=torch.bool)

@@ -1,5 +1,6 @@
 """The steps that denoise a mesh: its normals are filtered and its vertices updated, on coarse versions first."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
@@ -7,8 +8,10 @@ import torch
 from torch import Tensor
 
 from dnf_pyg.filtering import filter_normals
-from dnf_pyg.mesh import filled_face_normals
+from dnf_pyg.mesh import face_areas, filled_face_normals
 from dnf_pyg.mesh.coarse import coarsen
+from dnf_pyg.mesh.noise_level import NoiseEstimate
+from dnf_pyg.mesh.normal_smoothing import smooth_normals
 from dnf_pyg.mesh.topology import Topology
 from dnf_pyg.mesh.vertex_update import update_vertices
 from dnf_pyg.nn import Cascade
@@ -18,6 +21,7 @@ from dnf_pyg.progress import Progress, Stopwatch, part_of
 
 __all__ = ["Steps"]
 
+_TURN = 2.0  # root mean square of the tangent by which noise of one edge length turns an equilateral face
 _SHARE = 0.16  # of the faces that a coarser version keeps: edges of 2.5 times the length
 _FEWEST_FACES = 200  # of a coarser version; one with fewer has lost the shape
 
@@ -35,7 +39,7 @@ class Steps:
         cascade: The networks.
         filtering: How facet normals are filtered.
         update: How vertices are moved.
-        is_correlated: Whether the noise is alike at neighbouring vertices.
+        noise: Estimated noise of the mesh.
         num_passes: Number of times the mesh itself is filtered, each time its own result.
         progress: Called with the faces of the mesh itself done, over all passes and networks, and their total.
         watch: Takes the time of each step.
@@ -45,7 +49,7 @@ class Steps:
     cascade: Cascade
     filtering: FilterOptions
     update: UpdateOptions
-    is_correlated: bool
+    noise: NoiseEstimate
     num_passes: int
     progress: Progress
     watch: Stopwatch
@@ -60,7 +64,7 @@ class Steps:
             fixed: Vertices that stay in place, (V,) bool.
             topology: Connectivity of the mesh.
         """
-        return self._level(pos, face, fixed, topology, self.filtering.coarser_versions(self.is_correlated))
+        return self._level(pos, face, fixed, topology, self.filtering.coarser_versions(self.noise.is_correlated))
 
     def _level(
         self, origin: Tensor, face: Tensor, fixed: Tensor, topology: Topology, num_coarser: int
@@ -82,13 +86,14 @@ class Steps:
                     progress=part_of(self.progress, number, self.num_passes * len(networks)),
                     watch=self.watch,
                 )
-                normal = fused.normal.double()
+                normal = smooth_normals(fused.normal.double(), face_areas(pos, face), topology, self._tolerance)
+                self.watch.lap("fuse")
                 pos = update_vertices(
                     start,
                     face,
                     normal,
                     self.update.num_iterations,
-                    max_correlation=self.update.end(self.is_correlated),
+                    max_correlation=self.update.end(self.noise.is_correlated),
                     max_move=self._limit,
                     origin=origin,
                     fixed=fixed,
@@ -96,7 +101,7 @@ class Steps:
                     ended=self.ended,
                 )
                 self.watch.lap("update")
-        return pos, fused
+        return pos, fused._replace(normal=normal.float())
 
     def _coarse_move(self, pos: Tensor, face: Tensor, topology: Topology, num_coarser: int) -> Tensor:
         """Displacements (V, 3) that a coarser version asks for; 0 where there is none that still has a shape."""
@@ -112,6 +117,12 @@ class Steps:
         moved, _ = once._level(coarse.pos, coarse.face, free, below, num_coarser - 1)
         move = coarse.prolong(moved - coarse.pos)
         return move * (self._limit * unit / move.norm(dim=1, keepdim=True).clamp(min=1e-300)).clamp(max=1)
+
+    @property
+    def _tolerance(self) -> float:
+        """Largest difference of filtered normals from their mean that is smoothed, in degrees."""
+        turned = math.degrees(_TURN * self.noise.level)
+        return self.filtering.smoothed_share(self.noise.is_correlated) * turned
 
     @property
     def _limit(self) -> float:

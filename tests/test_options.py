@@ -12,6 +12,7 @@ from dnf_pyg import FAST, FilterOptions, OptionError, UpdateOptions
         (FilterOptions, "patch_size", 0, r"'patch_size' to be a whole number from 1 to 32767 \(got 0\)"),
         (FilterOptions, "patch_size", 32768, r"from 1 to 32767 \(got 32768\)"),
         (FilterOptions, "coverage", 0, r"'coverage' to be a whole number of at least 1 \(got 0\)"),
+        (FilterOptions, "smoothing", 1.5, r"'smoothing' to be a number from 0 to 1 \(got 1.5\)"),
         (FilterOptions, "coverage", 1.5, r"'coverage' to be a whole number of at least 1 \(got 1.5\)"),
         (FilterOptions, "batch_size", True, r"'batch_size' to be a whole number of at least 1 \(got True\)"),
         (FilterOptions, "seed", -1, r"'seed' to be a whole number from 0 to"),

@@ -139,7 +139,10 @@ def test_copies_of_a_vertex_move_together(noisy, net):
     soup = trimesh.Trimesh(
         noisy.triangles.reshape(-1, 3), torch.arange(3 * len(noisy.faces)).view(-1, 3), process=False
     )
-    torch.testing.assert_close(run(soup, net).pos, run(noisy, net).pos[noisy.faces.flatten()], rtol=0, atol=1e-9)
+    expected = run(noisy, net, smoothing=0.0).pos[noisy.faces.flatten()]
+    torch.testing.assert_close(run(soup, net, smoothing=0.0).pos, expected, rtol=0, atol=1e-9)
+    smoothed = run(noisy, net).pos[noisy.faces.flatten()]  # the estimate of the noise depends a little on their order
+    torch.testing.assert_close(run(soup, net).pos, smoothed, rtol=0, atol=1e-3)
 
 
 def test_copies_that_differ_in_their_last_digits_get_one_position(noisy, net):
@@ -326,7 +329,7 @@ def test_validates_once_and_computes_edges_once(noisy, net, monkeypatch):
 def test_filter_normals_gives_what_denoise_fits(noisy, net):
     pos, face = positions(noisy), torch.tensor(noisy.faces).t().contiguous()
     fused = filter_normals(net, pos, face, FilterOptions(patch_size=200, precision="fp32"))
-    torch.testing.assert_close(fused.normal, run(noisy, net).normal)
+    torch.testing.assert_close(fused.normal, run(noisy, net, smoothing=0.0).normal)
     with pytest.raises(MeshError, match="0 faces"):
         filter_normals(net, pos, face[:, :0])
 

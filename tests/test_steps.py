@@ -1,3 +1,6 @@
+import math
+from dataclasses import replace
+
 import pytest
 import torch
 import trimesh
@@ -5,14 +8,18 @@ import trimesh
 from dnf_pyg import FilterOptions, UpdateOptions, denoise
 from dnf_pyg.evaluate.metrics import mean_angular_difference
 from dnf_pyg.filtering import filter_normals
-from dnf_pyg.mesh import face_normals, filled_face_normals
+from dnf_pyg.mesh import Topology, face_areas, face_normals, filled_face_normals
 from dnf_pyg.mesh.coarse import coarsen
 from dnf_pyg.mesh.noise import CorrelatedNoise
+from dnf_pyg.mesh.noise_level import NoiseEstimate
+from dnf_pyg.mesh.normal_smoothing import smooth_normals
 from dnf_pyg.mesh.vertex_update import update_vertices
 from dnf_pyg.nn import Cascade, SurfaceDNFNet
+from dnf_pyg.progress import Stopwatch
+from dnf_pyg.steps import Steps
 
 SMALL = {"k": (3, 5), "residual_k": 4, "channels": (8, 8), "embedding_channels": 8}
-FILTERING = FilterOptions(patch_size=100, precision="fp32", num_coarser=0)
+FILTERING = FilterOptions(patch_size=100, precision="fp32", smoothing=0.0, num_coarser=0)
 UPDATE = UpdateOptions(num_iterations=4, max_correlation=1.0, max_excess=float("inf"))
 
 
@@ -35,16 +42,31 @@ def test_networks_of_a_cascade_see_the_mesh_and_the_normals_of_those_before(nois
     one = filter_normals(first, pos, face, FILTERING).normal.double()
     between = updated(pos, face, one)
     earlier = torch.stack([one, filled_face_normals(pos, face)], dim=1)
-    options = FilterOptions(patch_size=100, precision="fp32", seed=1)
+    options = FilterOptions(patch_size=100, precision="fp32", smoothing=0.0, seed=1)
     two = filter_normals(second, between, face, options, earlier=earlier).normal
     torch.testing.assert_close(result.normal, two, rtol=0, atol=1e-6)
     torch.testing.assert_close(result.pos, updated(pos, face, two), rtol=0, atol=1e-6)
 
 
+@pytest.mark.parametrize(
+    ("given", "correlation", "share"), [(None, 0.0, 0.2), (None, 0.8, 0.0), (0.1, 0.0, 0.1), (0.2, 0.8, 0.2)]
+)
+def test_filtered_normals_are_smoothed_for_white_noise_or_as_told(noisy, given, correlation, share):
+    pos, face = noisy
+    topology, net = Topology(face, len(pos)), SurfaceDNFNet(**SMALL).eval()
+    options, noise = replace(FILTERING, smoothing=given), NoiseEstimate(0.2, correlation)
+    steps = Steps(net, options, UPDATE, noise, 1, lambda done, total: None, Stopwatch(), lambda count, why: None)
+    moved, fused = steps(pos, face, torch.zeros(len(pos), dtype=torch.bool), topology)
+    normal = filter_normals(net, pos, face, options).normal.double()
+    normal = smooth_normals(normal, face_areas(pos, face), topology, math.degrees(share * 2 * 0.2))
+    torch.testing.assert_close(fused.normal, normal.float(), rtol=0, atol=1e-5)
+    torch.testing.assert_close(moved, updated(pos, face, normal), rtol=0, atol=1e-5)
+
+
 def test_the_mesh_starts_from_what_its_coarser_version_became(noisy):
     pos, face = noisy
     net = SurfaceDNFNet(**SMALL).eval()
-    options = FilterOptions(patch_size=100, precision="fp32", num_coarser=1)
+    options = FilterOptions(patch_size=100, precision="fp32", smoothing=0.0, num_coarser=1)
     result = denoise((pos, face.t()), net, filtering=options, update=UPDATE)
     coarse = coarsen(pos, face, 0.16)
     moved = updated(coarse.pos, coarse.face, filter_normals(net, coarse.pos, coarse.face, FILTERING).normal)
@@ -57,7 +79,7 @@ def test_the_mesh_starts_from_what_its_coarser_version_became(noisy):
 @pytest.mark.parametrize("strength", [1.0, 0.5])
 def test_no_vertex_moves_further_than_allowed(noisy, strength):
     pos, face = noisy
-    options = FilterOptions(patch_size=100, precision="fp32", num_coarser=1)
+    options = FilterOptions(patch_size=100, precision="fp32", smoothing=0.0, num_coarser=1)
     update = UpdateOptions(max_move=0.05, strength=strength, max_correlation=1.0, max_excess=float("inf"))
     result = denoise((pos, face.t()), SurfaceDNFNet(**SMALL).eval(), filtering=options, update=update)
     assert 0.01 < float(result.movement.max()) <= 0.05 * (1 + 1e-9)
@@ -66,7 +88,7 @@ def test_no_vertex_moves_further_than_allowed(noisy, strength):
 def test_vertices_that_may_not_move_stay_through_all_versions(noisy):
     pos, face = noisy
     mask = torch.arange(len(pos)) % 3 > 0
-    options = FilterOptions(patch_size=100, precision="fp32", num_coarser=1)
+    options = FilterOptions(patch_size=100, precision="fp32", smoothing=0.0, num_coarser=1)
     result = denoise((pos, face.t()), SurfaceDNFNet(**SMALL).eval(), filtering=options, update=UPDATE, mask=mask)
     assert torch.equal(result.pos[~mask], pos[~mask])
     assert not torch.equal(result.pos[mask], pos[mask])
@@ -98,7 +120,7 @@ WITHOUT_SHAPE = {
 def test_mesh_without_a_shape_takes_a_coarser_version(name):
     pos, face = WITHOUT_SHAPE[name]
     net = SurfaceDNFNet(**SMALL).eval()
-    options = FilterOptions(patch_size=100, precision="fp32", num_coarser=1)
+    options = FilterOptions(patch_size=100, precision="fp32", smoothing=0.0, num_coarser=1)
     result = denoise((pos, face), net, filtering=options, update=UPDATE)
     assert result.pos.isfinite().all()
     assert result.normal.isfinite().all()

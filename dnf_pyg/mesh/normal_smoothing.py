@@ -1,0 +1,130 @@
+"""Smoothing of filtered facet normals where they vary no more than a filter errs."""
+
+import math
+
+import numpy as np
+import torch
+from numba import njit
+from numpy.typing import NDArray
+from torch import Tensor
+
+from dnf_pyg.mesh.topology import Topology
+
+__all__ = ["smooth_normals"]
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Shorts = NDArray[np.int32]
+
+_NUM_ITERATIONS = 2
+_RANGE = 5.0  # in median differences of a face to those around it
+_LEAST, _MOST = 0.05, 0.5  # limits of the range: 3 and 29 degrees
+
+
+def smooth_normals(normal: Tensor, area: Tensor, topology: Topology, tolerance: float) -> Tensor:
+    r"""Smooth facet normals where they vary by no more than a tolerance.
+
+    A network errs a little differently on each face. Where the surface is smooth, these errors are all that varies
+    between neighbouring faces, and they average out. Two iterations of a bilateral filter over the faces
+    :math:`\mathcal{N}(i)` that share a vertex with face i, itself included, give smoothed normals :math:`\mathbf{s}`:
+
+    .. math::
+        \mathbf{s}_i \propto \sum_{j \in \mathcal{N}(i)} a_j
+            \exp \left( -\Vert \mathbf{n}_i - \mathbf{n}_j \Vert^2 / \min(r_i, r_j)^2 \right) \mathbf{s}_j,
+        \qquad
+        \mathbf{n}'_i \propto \mathbf{n}_i + e^{-(d_i / d)^2} (\mathbf{s}_i - \mathbf{n}_i).
+
+    The range :math:`r_i` is five times the median of :math:`\Vert \mathbf{n}_i - \mathbf{n}_j \Vert`, so it follows the
+    curvature, but not a sharp edge. How much of the difference is taken depends on :math:`d_i`, the mean of
+    :math:`\Vert \mathbf{s} - \mathbf{n} \Vert` over the two rings around face i: detail differs from its smoothed
+    version by more than the tolerance :math:`d`, and stays.
+    Source: Zheng et al. 2011 (bilateral normal filtering). Differs: the range and the share that is taken.
+
+    Args:
+        normal: Filtered normals, (F, 3), unit length.
+        area: Face areas, (F,), any unit.
+        topology: Connectivity of the mesh.
+        tolerance: Angle, in degrees, by which the normals of a smooth surface may differ from their smoothed version.
+
+    Returns:
+        Normals, (F, 3), unit length, of the dtype and device of ``normal``.
+
+    Raises:
+        ValueError: If ``tolerance`` is negative or not finite.
+
+    Example:
+        >>> topology = Topology(torch.tensor([[0, 1], [1, 3], [2, 2]]), num_vertices=4)
+        >>> normal = torch.nn.functional.normalize(torch.tensor([[0.0, 0, 1], [0.02, 0, 1]]), dim=1)
+        >>> smooth_normals(normal, torch.ones(2), topology, tolerance=3.0)[:, 0]
+        tensor([0.0096, 0.0104])
+    """
+    if not 0 <= tolerance < math.inf:
+        raise ValueError(f"Expected 'tolerance' of at least 0 degrees (got {tolerance}). Use 0 for no smoothing.")
+    if tolerance == 0:
+        return normal
+    ptr, ring = topology.one_ring
+    size = area.detach().cpu().double()
+    found = _smoothed(
+        normal.detach().cpu().double().contiguous().numpy(),
+        (size / (size.max() or 1.0)).numpy() if len(size) else size.numpy(),
+        ptr,
+        ring,
+        math.radians(tolerance),
+    )
+    return torch.from_numpy(found).to(normal)
+
+
+@njit(cache=True, nogil=True)
+def _smoothed(normal: Floats, area: Floats, ptr: Ints, ring: Shorts, tolerance: float) -> Floats:
+    num_faces = len(normal)
+    reach = np.empty(num_faces)
+    for f in range(num_faces):
+        differences = np.zeros(ptr[f + 1] - ptr[f] + 1)  # the first is that of the face to itself
+        for entry in range(ptr[f], ptr[f + 1]):
+            differences[entry - ptr[f] + 1] = _distance(normal, normal, f, ring[entry])
+        reach[f] = min(max(_RANGE * np.median(differences), _LEAST), _MOST)
+    smooth = normal
+    for _ in range(_NUM_ITERATIONS):
+        before, smooth = smooth, normal.copy()
+        for f in range(num_faces):
+            x, y, z = area[f] * before[f, 0], area[f] * before[f, 1], area[f] * before[f, 2]
+            for entry in range(ptr[f], ptr[f + 1]):
+                g = ring[entry]
+                relative = _distance(normal, normal, f, g) / min(reach[f], reach[g])
+                weight = area[g] * np.exp(-(relative**2))
+                x += weight * before[g, 0]
+                y += weight * before[g, 1]
+                z += weight * before[g, 2]
+            length = np.sqrt(x * x + y * y + z * z)
+            if length > 0:
+                smooth[f, 0], smooth[f, 1], smooth[f, 2] = x / length, y / length, z / length
+    detail = np.empty(num_faces)
+    for f in range(num_faces):
+        detail[f] = _distance(smooth, normal, f, f)
+    for _ in range(2):
+        before_detail, detail = detail, np.empty(num_faces)
+        for f in range(num_faces):
+            total, weights = area[f] * before_detail[f], area[f]
+            for entry in range(ptr[f], ptr[f + 1]):
+                total += area[ring[entry]] * before_detail[ring[entry]]
+                weights += area[ring[entry]]
+            detail[f] = total / weights if weights > 0 else before_detail[f]
+    for f in range(num_faces):
+        share = np.exp(-((detail[f] / tolerance) ** 2))
+        squares = 0.0
+        for axis in range(3):
+            smooth[f, axis] = normal[f, axis] + share * (smooth[f, axis] - normal[f, axis])
+            squares += smooth[f, axis] ** 2
+        if squares > 0:
+            for axis in range(3):
+                smooth[f, axis] /= np.sqrt(squares)
+    return smooth
+
+
+@njit(cache=True, nogil=True)
+def _distance(one: Floats, other: Floats, f: int, g: int) -> float:
+    """Distance of row f of ``one`` from row g of ``other``."""
+    total = 0.0
+    for axis in range(3):
+        total += (one[f, axis] - other[g, axis]) ** 2
+    return np.sqrt(total)

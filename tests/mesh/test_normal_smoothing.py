@@ -1,0 +1,137 @@
+import math
+
+import numpy as np
+import pytest
+import torch
+from torch.nn.functional import normalize
+
+from dnf_pyg.mesh import Topology, face_areas, face_normals
+from dnf_pyg.mesh.geometry import angular_difference
+from dnf_pyg.mesh.normal_smoothing import smooth_normals
+from dnf_pyg.synthetic.shapes import SHAPES
+
+
+@pytest.fixture(scope="module")
+def blob():
+    pos, face = SHAPES["blob"](torch.Generator().manual_seed(3), 2000)
+    return pos.double(), face
+
+
+def grid(size):
+    """A plane of ``2 * size**2`` triangles."""
+    row, column = torch.meshgrid(torch.arange(size + 1), torch.arange(size + 1), indexing="ij")
+    pos = torch.stack([column.flatten(), row.flatten(), torch.zeros((size + 1) ** 2)], dim=1).double()
+    corner = (row[:-1, :-1] * (size + 1) + column[:-1, :-1]).flatten()
+    lower = torch.stack([corner, corner + 1, corner + size + 1])
+    upper = torch.stack([corner + 1, corner + size + 2, corner + size + 1])
+    return pos, torch.cat([lower, upper], dim=1)
+
+
+def tilted(normal, degrees, seed=0):
+    """Normals with independent errors of about so many degrees."""
+    noise = torch.randn(normal.shape, generator=torch.Generator().manual_seed(seed), dtype=normal.dtype)
+    return normalize(normal + math.radians(degrees) / math.sqrt(2) * noise, dim=1)
+
+
+def reference(normal, area, face, tolerance):
+    """The formulas of the docstring, face by face."""
+    n, a = normal.numpy(), area.numpy()
+    touches = (face.t()[:, None, :, None] == face.t()[None, :, None, :]).flatten(2).any(dim=2)
+    rings = [row.nonzero().flatten().tolist() for row in touches]  # with the face itself
+
+    def unit(v):
+        return v / np.linalg.norm(v)
+
+    reach = [
+        min(max(5 * np.median([np.linalg.norm(n[f] - n[g]) for g in ring]), 0.05), 0.5) for f, ring in enumerate(rings)
+    ]
+    s = n
+    for _ in range(2):
+        s = np.stack([
+            unit(sum(
+                a[g] * math.exp(-(np.linalg.norm(n[f] - n[g]) / min(reach[f], reach[g])) ** 2) * s[g] for g in ring
+            ))
+            for f, ring in enumerate(rings)
+        ])  # fmt: skip
+    d = np.linalg.norm(s - n, axis=1)
+    for _ in range(2):
+        d = np.array([np.average(d[ring], weights=a[ring]) for ring in rings])
+    share = np.exp(-((d / math.radians(tolerance)) ** 2))
+    return np.stack([unit(row) for row in n + share[:, None] * (s - n)])
+
+
+@pytest.mark.parametrize("tolerance", [1.0, 3.0])
+def test_equals_the_formulas(blob, tolerance):
+    pos, face = blob
+    normal, area = tilted(face_normals(pos, face), 2.0), face_areas(pos, face)
+    found = smooth_normals(normal, area, Topology(face, len(pos)), tolerance)
+    torch.testing.assert_close(found, torch.from_numpy(reference(normal, area, face, tolerance)), rtol=0, atol=1e-12)
+
+
+def test_errors_on_a_plane_average_out():
+    pos, face = grid(20)
+    clean = face_normals(pos, face)
+    noisy = tilted(clean, 1.5)
+    found = smooth_normals(noisy, face_areas(pos, face), Topology(face, len(pos)), 6.0)
+    assert angular_difference(found, clean).mean() < 0.4 * angular_difference(noisy, clean).mean()
+
+
+def test_detail_above_the_tolerance_stays(blob):
+    pos, face = blob
+    rough = tilted(face_normals(pos, face), 25.0)
+    found = smooth_normals(rough, face_areas(pos, face), Topology(face, len(pos)), 3.0)
+    assert angular_difference(found, rough).max() < 0.1
+
+
+def test_sharp_edges_stay(cube_mesh):
+    pos, face = cube_mesh
+    normal = face_normals(pos, face)
+    found = smooth_normals(normal, face_areas(pos, face), Topology(face, len(pos)), 3.0)
+    assert angular_difference(found, normal).max() < 0.01
+
+
+def test_turns_with_the_mesh_and_does_not_depend_on_units(blob):
+    pos, face = blob
+    topology = Topology(face, len(pos))
+    normal, area = tilted(face_normals(pos, face), 2.0), face_areas(pos, face)
+    turn = torch.linalg.qr(torch.randn(3, 3, generator=torch.Generator().manual_seed(1), dtype=torch.float64))[0]
+    found = smooth_normals(normal @ turn, 1e-12 * area, topology, 3.0)
+    torch.testing.assert_close(found, smooth_normals(normal, area, topology, 3.0) @ turn, rtol=0, atol=1e-9)
+
+
+def test_order_of_the_faces_does_not_matter(blob):
+    pos, face = blob
+    normal, area = tilted(face_normals(pos, face), 2.0), face_areas(pos, face)
+    order = torch.randperm(face.size(1), generator=torch.Generator().manual_seed(2))
+    found = smooth_normals(normal[order], area[order], Topology(face[:, order], len(pos)), 3.0)
+    torch.testing.assert_close(
+        found, smooth_normals(normal, area, Topology(face, len(pos)), 3.0)[order], rtol=0, atol=1e-9
+    )
+
+
+def test_faces_without_an_area_have_no_weight():
+    face = torch.tensor([[0, 1, 1], [1, 3, 1], [2, 2, 3]])
+    normal = normalize(torch.tensor([[0.0, 0, 1], [0.02, 0, 1], [0.01, 0.02, 1]]), dim=1)
+    found = smooth_normals(normal, torch.tensor([1.0, 1.0, 0.0]), Topology(face, 4), 3.0)
+    assert found[:2, 1].abs().max() == 0
+    assert found[0, 0] > 0.005
+    nothing = smooth_normals(normal, torch.zeros(3), Topology(face, 4), 3.0)
+    torch.testing.assert_close(nothing, normal)
+
+
+def test_zero_tolerance_changes_nothing(blob):
+    pos, face = blob
+    normal = face_normals(pos, face).float()
+    assert smooth_normals(normal, face_areas(pos, face), Topology(face, len(pos)), 0) is normal
+    assert smooth_normals(normal, face_areas(pos, face), Topology(face, len(pos)), 3.0).dtype == torch.float32
+
+
+def test_no_faces_are_fine():
+    found = smooth_normals(torch.empty(0, 3), torch.empty(0), Topology(torch.empty(3, 0, dtype=torch.long), 0), 3.0)
+    assert found.shape == (0, 3)
+
+
+@pytest.mark.parametrize("tolerance", [-1.0, math.inf, math.nan])
+def test_wrong_tolerances_are_refused(tolerance):
+    with pytest.raises(ValueError, match=r"'tolerance' of at least 0 degrees \(got .*\). Use 0 for no smoothing"):
+        smooth_normals(torch.eye(3), torch.ones(3), Topology(torch.arange(9).view(3, 3), 9), tolerance)
