@@ -43,7 +43,7 @@ TRADE = {
     "`coverage` 1": FilterOptions(coverage=1),
     "**default**: `coverage` 2": FilterOptions(),
     "`coverage` 3": FilterOptions(coverage=3),
-    "`--precision fp32`": FilterOptions(precision="fp32"),
+    "`--smoothing 0`": FilterOptions(smoothing=0.0),
     "**`--fast`**: `coverage` 1, fewer neighbours": FAST,
 }
 QUARTER = np.array([[0.0, 0, 1], [0, 1, 0], [-1, 0, 0]])
