@@ -9,6 +9,7 @@ from torch import Tensor
 from dnf_pyg.filtering import filter_normals
 from dnf_pyg.mesh import filled_face_normals
 from dnf_pyg.mesh.coarse import coarsen
+from dnf_pyg.mesh.local_noise import LocalNoise
 from dnf_pyg.mesh.topology import Topology
 from dnf_pyg.mesh.vertex_update import update_vertices
 from dnf_pyg.nn import Cascade
@@ -19,6 +20,7 @@ from dnf_pyg.progress import Progress, Stopwatch, part_of
 __all__ = ["Steps"]
 
 _SHARE = 0.16  # of the faces that a coarser version keeps: edges of 2.5 times the length
+_MOST_SIGMA = 6.0  # standard deviations of the noise that it may have moved a vertex by
 _FEWEST_FACES = 200  # of a coarser version; one with fewer has lost the shape
 
 
@@ -51,7 +53,9 @@ class Steps:
     watch: Stopwatch
     ended: Callable[[int, str], object]
 
-    def __call__(self, pos: Tensor, face: Tensor, fixed: Tensor, topology: Topology) -> tuple[Tensor, FusedNormals]:
+    def __call__(
+        self, pos: Tensor, face: Tensor, fixed: Tensor, topology: Topology, noise: LocalNoise | None = None
+    ) -> tuple[Tensor, FusedNormals]:
         """Return the positions (V, 3) and the filtered normals that they fit.
 
         Args:
@@ -59,14 +63,25 @@ class Steps:
             face: Vertices of each face, (3, F).
             fixed: Vertices that stay in place, (V,) bool.
             topology: Connectivity of the mesh.
+            noise: Limits the movement of each vertex, and that to the planes of long triangles; no limit if not given.
         """
-        return self._level(pos, face, fixed, topology, self.filtering.coarser_versions(self.is_correlated))
+        return self._level(pos, face, fixed, topology, self.filtering.coarser_versions(self.is_correlated), noise)
 
     def _level(
-        self, origin: Tensor, face: Tensor, fixed: Tensor, topology: Topology, num_coarser: int
+        self,
+        origin: Tensor,
+        face: Tensor,
+        fixed: Tensor,
+        topology: Topology,
+        num_coarser: int,
+        noise: LocalNoise | None = None,
     ) -> tuple[Tensor, FusedNormals]:
         pos = origin + torch.where(fixed[:, None], 0.0, self._coarse_move(origin, face, topology, num_coarser))
         networks = self.cascade.networks
+        limit = torch.tensor(self._limit)
+        if noise is not None:
+            unit = float(topology.mean_edge_length(origin)) or 1.0
+            limit = (_MOST_SIGMA * noise.sigma / unit).clamp(max=limit)
         start, normal = pos, torch.empty(0)
         for turn in range(self.num_passes):
             given = filled_face_normals(pos, face)
@@ -89,9 +104,10 @@ class Steps:
                     normal,
                     self.update.num_iterations,
                     max_correlation=self.update.end(self.is_correlated),
-                    max_move=self._limit,
+                    max_move=limit,
                     origin=origin,
                     fixed=fixed,
+                    weight=None if noise is None else noise.trust(),
                     topology=topology,
                     ended=self.ended,
                 )
