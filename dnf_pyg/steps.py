@@ -78,7 +78,7 @@ class Steps:
     ) -> tuple[Tensor, FusedNormals]:
         pos = origin + torch.where(fixed[:, None], 0.0, self._coarse_move(origin, face, topology, num_coarser))
         networks = self.cascade.networks
-        limit = torch.tensor(self._limit)
+        limit = torch.tensor(self._limit, dtype=torch.float64)
         if noise is not None:
             unit = float(topology.mean_edge_length(origin)) or 1.0
             limit = (_MOST_SIGMA * noise.sigma / unit).clamp(max=limit)

@@ -105,7 +105,7 @@ def update_vertices(
     target = np.ascontiguousarray(normal.detach().cpu().double().numpy())
     trust = np.ones(len(corner)) if weight is None else weight.detach().cpu().double().numpy()
     unit = float(topology.mean_edge_length(pos.detach())) or 1.0  # infinity times 0 is not a number
-    limit = torch.as_tensor(max_move).double().mul(unit).expand(len(pos)).contiguous().numpy()
+    limit = torch.as_tensor(max_move, dtype=torch.float64).mul(unit).expand(len(pos)).contiguous().numpy()
     agreement = _Agreement(start, corner, target, topology.edges) if max_correlation < 1 else None
     before, count, reason = current, 0, "the largest number was reached"
     if guard and num_iterations > 0:
