@@ -20,7 +20,7 @@ from dnf_pyg.progress import Progress, Stopwatch, part_of
 __all__ = ["Steps"]
 
 _SHARE = 0.16  # of the faces that a coarser version keeps: edges of 2.5 times the length
-_MOST_SIGMA = 6.0  # standard deviations of the noise that it may have moved a vertex by
+_MOST_SIGMA = 30.0  # standard deviations of the noise by which vertices move at most: scans reach 22
 _FEWEST_FACES = 200  # of a coarser version; one with fewer has lost the shape
 
 

@@ -27,7 +27,7 @@ _ALTERNATING = -0.1  # correlation of the curvatures of neighbours: 0.1 to 0.4 a
 _STEPPED = 0.23  # level above which only stairs of voxels alternate so
 _FEWEST = 0.02  # share of the vertices around with which a reading counts
 
-_KNOWN = 0.03  # radians up to which filtered normals are known, about their mean error on the benchmark
+_KNOWN = 0.02  # radians up to which filtered normals are known
 
 _MEAN = 0.7979  # of half-normal values, relative to the standard deviation
 _ROOT = 0.8221  # mean of their square roots
@@ -131,12 +131,12 @@ class LocalNoise:
     def trust(self) -> Tensor:
         r"""Weights of the planes that filtered normals give the faces, (F,) float64, from 0 to 1.
 
-        A plane turned about the centroid of its face by an error of 0.03 radians is off by as much as the noise where
+        A plane turned about the centroid of its face by an error of 0.02 radians is off by as much as the noise where
         a corner is far away. So at the ends of a long triangle the noisy vertex is known better than the plane, and
         that counts less by the ratio of the variances:
 
         .. math::
-            w = \min\Big(1, \frac{\sigma^2}{0.03^2 \, r^2}\Big)
+            w = \min\Big(1, \frac{\sigma^2}{0.02^2 \, r^2}\Big)
 
         with the noise :math:`\sigma` at the corners and their distance :math:`r` from the centroid, root mean squares.
         """
