@@ -87,7 +87,8 @@ def denoise(
     sides = consistent_faces(welded)
     face = sides.face
     topology = Topology(face, len(start))
-    noise = estimate_noise(start, face, topology)
+    local = None if update.max_excess == float("inf") else LocalNoise(start, face, topology)
+    noise = estimate_noise(start, face, topology) if local is None else local.estimate
     fixed = torch.ones(len(start), dtype=torch.bool)
     fixed[vertex_id[movable]] = False  # a vertex stays where none of its copies may move
     if update.preserve_boundary:
@@ -99,10 +100,10 @@ def denoise(
         steps = Steps(
             cascade, filtering, update, noise, num_passes, report, watch, ended=lambda *told: ended.append(told),
         )  # fmt: skip
-        pos, fused = steps(start, face, fixed, topology)
+        pos, fused = steps(start, face, fixed, topology, local)
     stays = torch.zeros(len(start), dtype=torch.bool)
-    if update.max_excess < float("inf"):
-        stays = LocalNoise(start, face, topology, noise).unexplained(fused.normal, update.max_excess)
+    if local is not None:
+        stays = local.unexplained(fused.normal, update.max_excess)
     own = stays[face].all(dim=0)[:, None]  # faces that stay as they are, whatever the network says
     normal = torch.where(own, face_normals(start, face), fused.normal.double())
     moves = (pos != start).any(dim=1) & ~stays

@@ -10,6 +10,7 @@ from torch import Tensor
 from dnf_pyg.filtering import filter_normals
 from dnf_pyg.mesh import face_areas, filled_face_normals
 from dnf_pyg.mesh.coarse import coarsen
+from dnf_pyg.mesh.local_noise import LocalNoise
 from dnf_pyg.mesh.noise_level import NoiseEstimate
 from dnf_pyg.mesh.normal_smoothing import smooth_normals
 from dnf_pyg.mesh.topology import Topology
@@ -23,6 +24,7 @@ __all__ = ["Steps"]
 
 _TURN = 2.0  # root mean square of the tangent by which noise of one edge length turns an equilateral face
 _SHARE = 0.16  # of the faces that a coarser version keeps: edges of 2.5 times the length
+_MOST_SIGMA = 30.0  # standard deviations of the noise by which vertices move at most: scans reach 22
 _FEWEST_FACES = 200  # of a coarser version; one with fewer has lost the shape
 
 
@@ -55,7 +57,9 @@ class Steps:
     watch: Stopwatch
     ended: Callable[[int, str], object]
 
-    def __call__(self, pos: Tensor, face: Tensor, fixed: Tensor, topology: Topology) -> tuple[Tensor, FusedNormals]:
+    def __call__(
+        self, pos: Tensor, face: Tensor, fixed: Tensor, topology: Topology, local: LocalNoise | None = None
+    ) -> tuple[Tensor, FusedNormals]:
         """Return the positions (V, 3) and the filtered normals that they fit.
 
         Args:
@@ -63,14 +67,25 @@ class Steps:
             face: Vertices of each face, (3, F).
             fixed: Vertices that stay in place, (V,) bool.
             topology: Connectivity of the mesh.
+            local: Limits the movement of each vertex, and that to the planes of long triangles; no limit if not given.
         """
-        return self._level(pos, face, fixed, topology, self.filtering.coarser_versions(self.noise.is_correlated))
+        return self._level(pos, face, fixed, topology, self.filtering.coarser_versions(self.noise.is_correlated), local)
 
     def _level(
-        self, origin: Tensor, face: Tensor, fixed: Tensor, topology: Topology, num_coarser: int
+        self,
+        origin: Tensor,
+        face: Tensor,
+        fixed: Tensor,
+        topology: Topology,
+        num_coarser: int,
+        local: LocalNoise | None = None,
     ) -> tuple[Tensor, FusedNormals]:
         pos = origin + torch.where(fixed[:, None], 0.0, self._coarse_move(origin, face, topology, num_coarser))
         networks = self.cascade.networks
+        limit = torch.tensor(self._limit, dtype=torch.float64)
+        if local is not None:
+            unit = float(topology.mean_edge_length(origin)) or 1.0
+            limit = (_MOST_SIGMA * local.sigma / unit).clamp(max=limit)
         start, normal = pos, torch.empty(0)
         for turn in range(self.num_passes):
             given = filled_face_normals(pos, face)
@@ -94,9 +109,10 @@ class Steps:
                     normal,
                     self.update.num_iterations,
                     max_correlation=self.update.end(self.noise.is_correlated),
-                    max_move=self._limit,
+                    max_move=limit,
                     origin=origin,
                     fixed=fixed,
+                    weight=None if local is None else local.trust(),
                     topology=topology,
                     ended=self.ended,
                 )

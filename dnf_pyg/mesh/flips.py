@@ -66,7 +66,7 @@ def without_flips(pos: Tensor, before: Tensor, face: Tensor, normal: Tensor) -> 
     return torch.where(stays[:, None], pos, before)
 
 
-def unfold(pos: Floats, face: Ints, normal: Floats, fixed: Flags, origin: Floats, max_move: float) -> Floats:
+def unfold(pos: Floats, face: Ints, normal: Floats, fixed: Flags, origin: Floats, max_move: Floats) -> Floats:
     """Open the folds that noise along the surface has made.
 
     The vertices of flipped faces move along the surface to the mean of their neighbours. The vertex update cannot do
@@ -78,7 +78,7 @@ def unfold(pos: Floats, face: Ints, normal: Floats, fixed: Flags, origin: Floats
         normal: Target facet normals, (F, 3).
         fixed: Vertices that stay in place, (V,).
         origin: Positions that displacements are measured from, (V, 3).
-        max_move: Largest displacement of a vertex, model units.
+        max_move: Largest displacement of each vertex, (V,), model units.
 
     Returns:
         Positions, (V, 3), in which only faces that were flipped before are flipped against their target normal. The
@@ -87,7 +87,7 @@ def unfold(pos: Floats, face: Ints, normal: Floats, fixed: Flags, origin: Floats
     Examples:
         >>> pos = np.array([[0.0, 0, 0], [3, 0, 0], [0, 3, 0], [2, 2, 0]])  # the last one should lie between the others
         >>> face, up = np.array([[0, 1, 3], [1, 2, 3], [2, 0, 3]]), np.array([[0.0, 0, 1]] * 3)
-        >>> unfold(pos, face, up, np.array([True, True, True, False]), pos, 2.0)[3]
+        >>> unfold(pos, face, up, np.array([True, True, True, False]), pos, np.full(4, 2.0))[3]
         array([1., 1., 0.])
     """
     opened = pos.copy()

@@ -27,6 +27,8 @@ _ALTERNATING = -0.1  # correlation of the curvatures of neighbours: 0.1 to 0.4 a
 _STEPPED = 0.23  # level above which only stairs of voxels alternate so
 _FEWEST = 0.02  # share of the vertices around with which a reading counts
 
+_KNOWN = 0.02  # radians up to which filtered normals are known
+
 _MEAN = 0.7979  # of half-normal values, relative to the standard deviation
 _ROOT = 0.8221  # mean of their square roots
 _CUT = 0.9546  # root mean square of those within 2.5
@@ -126,6 +128,23 @@ class LocalNoise:
         found = torch.from_numpy(_quotient(mean[:, 0], mean[:, 1])) / _ANGLE
         return torch.where(self.certain, found, torch.inf)
 
+    def trust(self) -> Tensor:
+        r"""Weights of the planes that filtered normals give the faces, (F,) float64, from 0 to 1.
+
+        A plane turned about the centroid of its face by an error of 0.02 radians is off by as much as the noise where
+        a corner is far away. So at the ends of a long triangle the noisy vertex is known better than the plane, and
+        that counts less by the ratio of the variances:
+
+        .. math::
+            w = \min\Big(1, \frac{\sigma^2}{0.02^2 \, r^2}\Big)
+
+        with the noise :math:`\sigma` at the corners and their distance :math:`r` from the centroid, root mean squares.
+        """
+        corner = self._pos[self._face]
+        reach = (corner - corner.mean(dim=0)).square().sum(dim=-1).mean(dim=0).sqrt()
+        sigma = self.sigma[self._face].square().mean(dim=0).sqrt()
+        return (sigma / (_KNOWN * reach).clamp(min=1e-300)).clamp(max=1).square()
+
     def tilt(self) -> Tensor:
         """Angles by which the noise turns the facet normals, (F,) float64, degrees; root mean squares."""
         corner = self._pos[self._face]
@@ -189,7 +208,7 @@ class LocalNoise:
         piece = connected_components(self._walk, directed=False)[1]
         size = np.bincount(piece)[piece]
         weakest = _AMID_NONE if self.estimate.is_negligible else _WEAKEST
-        needed = np.maximum((_FEW / size) ** 1.5, weakest)
+        needed = np.maximum((_FEW / size) ** 2, weakest)
         return torch.from_numpy(self._around(ratio[:, None])[:, 0] >= needed)
 
 

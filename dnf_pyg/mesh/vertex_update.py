@@ -28,9 +28,10 @@ def update_vertices(
     *,
     tolerance: float = 1e-5,
     max_correlation: float = float("inf"),
-    max_move: float = float("inf"),
+    max_move: float | Tensor = float("inf"),
     origin: Tensor | None = None,
     fixed: Tensor | None = None,
+    weight: Tensor | None = None,
     guard: bool = True,
     topology: Topology | None = None,
     ended: Callable[[int, str], object] = lambda count, reason: None,
@@ -45,8 +46,8 @@ def update_vertices(
     the update when they begin to.
 
     Source: Sun et al., Fast and Effective Feature-Preserving Mesh Denoising, TVCG 2007, Sec. 4.
-    Differs: ``max_correlation``, ``guard``, ``max_move`` and ``fixed``; with ``guard=False`` and the other defaults
-    this is the published update.
+    Differs: ``max_correlation``, ``guard``, ``max_move``, ``fixed`` and ``weight``; with ``guard=False`` and the other
+    defaults this is the published update.
 
     Args:
         pos: Vertex positions, (V, 3), model units.
@@ -56,9 +57,11 @@ def update_vertices(
         tolerance: Largest movement per iteration, in mean edge lengths, below which the update ends.
         max_correlation: The update ends, after at least three iterations, once the displacements of neighbouring
             vertices along the surface normal have at least this correlation; never by default.
-        max_move: Largest displacement of a vertex from its position in ``origin``, in mean edge lengths.
+        max_move: Largest displacement from the position in ``origin``, in mean edge lengths; for all vertices, or for
+            each, (V,).
         origin: Positions that displacements are measured from, (V, 3); ``pos`` if not given.
         fixed: Vertices that stay in place, (V,) bool.
+        weight: Factor of the movement towards the plane of each face, (F,), up to 1; 1 if not given.
         guard: Open folds first (:func:`~dnf_pyg.mesh.flips.unfold`), and revert steps that flip a face away from its
             target normal.
         topology: Connectivity of the mesh; computed if not given.
@@ -82,7 +85,10 @@ def update_vertices(
         raise ValueError(f"Expected 'normal' of shape [{face.size(1)}, 3] (got {list(normal.shape)}). Pass one a face.")
     if fixed is not None and fixed.shape != (len(pos),):
         raise ValueError(f"Expected 'fixed' of shape [{len(pos)}] (got {list(fixed.shape)}). Pass one a vertex.")
-    for name, value in (("num_iterations", num_iterations), ("tolerance", tolerance), ("max_move", max_move)):
+    if weight is not None and weight.shape != (face.size(1),):
+        raise ValueError(f"Expected 'weight' of shape [{face.size(1)}] (got {list(weight.shape)}). Pass one a face.")
+    lowest = float(torch.as_tensor(max_move).min())
+    for name, value in (("num_iterations", num_iterations), ("tolerance", tolerance), ("max_move", lowest)):
         if not value >= 0:
             raise ValueError(f"Expected '{name}' of at least 0 (got {value}). Raise it.")
     if np.isnan(max_correlation):
@@ -97,13 +103,17 @@ def update_vertices(
     stays = np.zeros(len(pos), dtype=bool) if fixed is None else fixed.cpu().numpy()
     corner = np.ascontiguousarray(face.cpu().t().numpy())
     target = np.ascontiguousarray(normal.detach().cpu().double().numpy())
+    trust = np.ones(len(corner)) if weight is None else weight.detach().cpu().double().numpy()
     unit = float(topology.mean_edge_length(pos.detach())) or 1.0  # infinity times 0 is not a number
+    limit = torch.as_tensor(max_move, dtype=torch.float64).mul(unit).expand(len(pos)).contiguous().numpy()
     agreement = _Agreement(start, corner, target, topology.edges) if max_correlation < 1 else None
     before, count, reason = current, 0, "the largest number was reached"
     if guard and num_iterations > 0:
-        current = unfold(current, corner, target, stays, start, max_move * unit)
+        current = unfold(current, corner, target, stays, start, limit)
     for count in range(1, num_iterations + 1):
-        updated = _stepped(current, start, corner, target, ptr.numpy(), face_id.numpy(), stays, max_move * unit)
+        updated = _stepped(
+            current, start, corner, target, trust, ptr.numpy(), face_id.numpy(), stays, limit
+        )  # fmt: skip
         if guard:
             revert_flips(updated, current, corner, target)
         largest_step = np.abs(updated - current).max()
@@ -143,10 +153,11 @@ def _stepped(
     start: Floats,
     face: Ints,
     normal: Floats,
+    weight: Floats,
     ptr: Ints,
     face_id: Ints,
     fixed: Flags,
-    max_move: float,
+    max_move: Floats,
 ) -> Floats:
     """Compute the positions (V, 3) after one iteration; faces around vertex v are ``face_id[ptr[v]:ptr[v + 1]]``."""
     height = np.empty(len(face))  # of the plane through the centroid, along the target normal
@@ -164,7 +175,7 @@ def _stepped(
         step_x = step_y = step_z = 0.0
         for entry in range(lo, hi):
             n_x, n_y, n_z = normal[face_id[entry]]
-            distance = height[face_id[entry]] - n_x * x - n_y * y - n_z * z
+            distance = weight[face_id[entry]] * (height[face_id[entry]] - n_x * x - n_y * y - n_z * z)
             step_x += distance * n_x
             step_y += distance * n_y
             step_z += distance * n_z
@@ -173,7 +184,7 @@ def _stepped(
         z += step_z / (hi - lo)
         d_x, d_y, d_z = x - start[v, 0], y - start[v, 1], z - start[v, 2]
         moved = np.sqrt(d_x * d_x + d_y * d_y + d_z * d_z)
-        shrink = 1.0 if moved <= max_move else max_move / moved
+        shrink = 1.0 if moved <= max_move[v] else max_move[v] / moved
         updated[v, 0] = start[v, 0] + shrink * d_x
         updated[v, 1] = start[v, 1] + shrink * d_y
         updated[v, 2] = start[v, 2] + shrink * d_z

@@ -102,6 +102,27 @@ def test_tilt_is_that_of_noisy_faces(torus):
     assert (angle / found).mean() == pytest.approx(0.886, abs=0.1)
 
 
+def test_trust_is_the_ratio_of_variances(torus):
+    pos, face = torus
+    sigma = 0.005 * float(mean_edge_length(pos, face))
+    found = LocalNoise(noisy(pos, face, sigma), face)
+    for number in (0, 700, 4000):
+        corner = noisy(pos, face, sigma)[face[:, number]]
+        reach = sum((point - corner.mean(dim=0)).dot(point - corner.mean(dim=0)) for point in corner) / 3
+        variance = sum(float(found.sigma[vertex]) ** 2 for vertex in face[:, number]) / 3
+        assert float(found.trust()[number]) == pytest.approx(variance / (0.02**2 * float(reach)), rel=1e-6)
+        assert found.trust()[number] < 1
+
+
+def test_trust_in_long_triangles_only_is_limited(torus):
+    assert (LocalNoise(noisy(*torus, 0.1 * mean_edge_length(*torus)), torus[1]).trust() == 1).all()
+    pos, face = as_tensors(trimesh.creation.cylinder(5, 100, sections=64))
+    bumpy = pos + 0.05 * torch.randn(pos.shape, generator=torch.Generator().manual_seed(0), dtype=pos.dtype)
+    trust, side = LocalNoise(bumpy, face).trust(), face_normals(pos, face)[:, 2].abs() < 0.5
+    assert trust[side].max() < 4e-3  # as (0.05 / (0.02 * 50)) ** 2, and some more
+    assert trust[~side].min() > 0.1
+
+
 def test_excess_tells_removed_noise_from_changed_shape(cube_mesh):
     pos, face = as_tensors(trimesh.Trimesh(cube_mesh[0].numpy(), cube_mesh[1].t().numpy(), process=False).subdivide())
     noise = LocalNoise(noisy(pos, face, 0.05 * mean_edge_length(pos, face)), face)
@@ -143,7 +164,7 @@ def test_clean_mesh_has_no_certain_noise(name):
 
 
 def test_needs_more_noise_on_fewer_vertices():
-    for subdivisions, level, certain in ((1, 0.3, False), (2, 0.05, False), (2, 0.15, True), (4, 0.05, True)):
+    for subdivisions, level, certain in ((1, 0.3, False), (2, 0.02, False), (2, 0.1, True), (4, 0.05, True)):
         pos, face = as_tensors(trimesh.creation.icosphere(subdivisions=subdivisions))
         sigma = level * edge_lengths(pos, edges(face)).min()
         assert LocalNoise(noisy(pos, face, sigma), face).certain.all() == certain, (subdivisions, level)

@@ -3,6 +3,7 @@ import torch
 import trimesh
 
 from dnf_pyg.mesh.flips import flipped_faces
+from dnf_pyg.mesh.geometry import face_normals, mean_edge_length
 from dnf_pyg.mesh.vertex_update import update_vertices
 
 
@@ -156,3 +157,36 @@ def test_rejects_wrong_arguments(sphere_mesh, arguments, text):
     normal = trimesh_normals(pos, face)
     with pytest.raises(ValueError, match=text):
         update_vertices(**{"pos": pos, "face": face, "normal": normal, **arguments})
+
+
+def test_weights_slow_the_movement_towards_a_plane(cube_mesh):
+    pos, face = cube_mesh
+    noisy = pos + 0.1 * torch.randn(pos.shape, generator=torch.Generator().manual_seed(0), dtype=pos.dtype)
+    target = face_normals(pos, face).double()
+    weight = torch.rand(face.size(1), generator=torch.Generator().manual_seed(1), dtype=torch.float64)
+    moved = update_vertices(noisy, face, target, 1, weight=weight, guard=False)
+    for vertex in (0, 5, 20):
+        around = (face == vertex).any(dim=0).nonzero()[:, 0]
+        step = torch.zeros(3, dtype=torch.float64)
+        for number in around.tolist():
+            centroid = noisy[face[:, number]].double().mean(dim=0)
+            distance = target[number].dot(centroid - noisy[vertex].double())
+            step += weight[number] * distance * target[number] / len(around)
+        torch.testing.assert_close(moved[vertex].double(), noisy[vertex].double() + step, rtol=0, atol=1e-6)
+    everywhere = update_vertices(noisy, face, target, 5, weight=torch.ones(face.size(1)))
+    assert torch.equal(everywhere, update_vertices(noisy, face, target, 5))
+    with pytest.raises(ValueError, match=r"'weight' of shape"):
+        update_vertices(noisy, face, target, weight=weight[1:])
+
+
+def test_each_vertex_has_its_own_limit(cube_mesh):
+    pos, face = cube_mesh
+    noisy = pos + 0.1 * torch.randn(pos.shape, generator=torch.Generator().manual_seed(0), dtype=pos.dtype)
+    limit = torch.where(torch.arange(len(pos)) % 2 == 0, 0.01, float("inf"))
+    moved = update_vertices(noisy, face, face_normals(pos, face), max_move=limit)
+    unit = mean_edge_length(noisy, face)
+    length = (moved - noisy).norm(dim=1) / unit
+    assert length[::2].max() < 0.01 + 1e-6
+    assert length[1::2].max() > 0.05
+    with pytest.raises(ValueError, match="'max_move' of at least 0"):
+        update_vertices(noisy, face, face_normals(pos, face), max_move=limit - 1)

@@ -28,3 +28,8 @@ def test_faces_without_area_are_finite():
     torch.testing.assert_close(
         patch_surface(torch.eye(2, 3), torch.tensor([0.0, 2.0]))[1], torch.tensor([[1e-4], [2.0]])
     )
+
+
+def test_places_beside_needles_are_limited():
+    pos = torch.tensor([[0.0, 0, 0], [3, -1, 0]])
+    assert patch_surface(pos, torch.zeros(2))[0].tolist() == [[0, 0, 0], [1e4, -1e4, 0]]

@@ -5,9 +5,9 @@ import torch
 import trimesh
 
 from dnf_pyg.mesh import adjacency, geometry
-from dnf_pyg.synthetic.shapes import SHAPES
+from dnf_pyg.synthetic.shapes import SHAPES, displaced
 from dnf_pyg.synthetic.shapes.build import STYLES, build, even
-from dnf_pyg.synthetic.shapes.contour import contour, project
+from dnf_pyg.synthetic.shapes.contour import LabelledMesh, contour, project
 from dnf_pyg.synthetic.shapes.dice import Dice
 from dnf_pyg.synthetic.shapes.primitives import ball, box, cylinder, plane, rod, torus
 from dnf_pyg.synthetic.shapes.solid import Intersection
@@ -101,11 +101,23 @@ def test_shapes_are_valid(name):
     assert geometry.face_areas(pos, face).min() > 0
 
 
-def test_relief_has_waves_of_a_few_edges():
-    waves = []
-    for seed in range(3):
-        pos, face = SHAPES["relief"](generator(seed), 900)
-        angle = trimesh.Trimesh(pos, face.t(), process=False).face_adjacency_angles
-        waves.append(float(torch.rad2deg(torch.tensor(angle)).median()))
-    assert min(waves) > 2.5  # everywhere, unlike the flat and smooth sides of the solid below
-    assert max(waves) < 60
+def test_relief_has_waves_of_3_to_12_edges_everywhere(monkeypatch):
+    """On a sphere, with edges of all directions, a wave of w edges correlates neighbours by sin(k) / k, k = 2 pi / w.
+
+    Slopes of 0.1 to 0.5 make the height of waves of 3 to 9 edges, before they are stretched by up to a third.
+    """
+    ball = trimesh.creation.icosphere(subdivisions=4)
+    pos, face = torch.tensor(ball.vertices), torch.tensor(ball.faces).t()
+    monkeypatch.setattr(displaced, "build_recipe", lambda *_: LabelledMesh(pos, face, torch.zeros(face.size(1))))
+    octant = ((pos > 0).long() @ torch.tensor([4, 2, 1]))[None] == torch.arange(8)[:, None]
+    one, other = geometry.edges(face)
+    lowest, highest = (math.sin(2 * math.pi / wave) / (2 * math.pi / wave) for wave in (3, 12))
+    for seed in range(20):
+        height = ((SHAPES["relief"](generator(seed), 5120)[0] - pos) * pos).sum(dim=1) / geometry.mean_edge_length(
+            pos, face
+        )
+        spread = height.std()
+        assert 0.9 * 0.1 * 3 < 2 * math.pi * spread < 1.1 * 0.5 * 9
+        assert min(height[part].std() for part in octant) > 0.5 * spread
+        correlation = 1 - (height[one] - height[other]).square().mean() / (2 * height.var())
+        assert lowest - 0.02 < correlation < highest + 0.02

@@ -15,7 +15,7 @@ from dnf_pyg.io.formats.text import check_text, number_text, parse_numbers, repl
 __all__ = ["ObjDocument"]
 
 _LINE_END = re.compile(rb"(?<!\\)(?<!\\\r)\n")
-_LIBRARY = re.compile(rb"^((?:\xef\xbb\xbf)?[ \t]*mtllib[ \t]+)([^\r\n]*?)([ \t\r]*)$", re.MULTILINE)
+_LIBRARY = re.compile(rb"^((?:\xef\xbb\xbf)?[ \t]*mtllib[ \t]+)([^\r\n]*?)([ \t\r]*)$", re.IGNORECASE | re.MULTILINE)
 _BLANKS = re.compile(rb"([ \t]+)")
 
 
@@ -66,7 +66,7 @@ class ObjDocument(Document):
     def _rows_by_keyword(self) -> dict[bytes, list[int]]:
         by_head: dict[bytes, list[int]] = {}
         for row, line in enumerate(self.lines):
-            by_head.setdefault(line[:2], []).append(row)
+            by_head.setdefault(line[:2].lower(), []).append(row)
         rows: dict[bytes, list[int]] = {b"v": [], b"vn": [], b"f": []}
         for head, found in by_head.items():
             if head in (b"v ", b"vn", b"f "):
@@ -74,7 +74,7 @@ class ObjDocument(Document):
             elif head not in (b"vt", b"mt"):
                 for row in found:
                     for keyword in self.lines[row].split(None, 1)[:1]:
-                        rows.get(keyword, []).append(row)
+                        rows.get(keyword.lower(), []).append(row)
         return {keyword: sorted(found) for keyword, found in rows.items()}
 
     def _read_faces(self) -> None:

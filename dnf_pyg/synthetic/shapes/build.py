@@ -6,6 +6,7 @@ from collections.abc import Callable
 import torch
 from torch import Tensor
 
+from dnf_pyg.errors import OptionError
 from dnf_pyg.synthetic.shapes.contour import LabelledMesh, contour
 from dnf_pyg.synthetic.shapes.dice import Dice
 from dnf_pyg.synthetic.shapes.remesh import remesh, shake
@@ -16,6 +17,7 @@ __all__ = ["STYLES", "build", "build_recipe", "even", "graded", "shaken", "spars
 Style = Callable[[Solid, LabelledMesh, float, Dice], LabelledMesh]
 
 _TOLERANCE = 0.2  # how far a corner may reach past a side too small for the grid, in edge lengths
+_MOST_DRAWS = 100  # of a solid; at 1,500 faces, one gear in nine is without details that are too small
 _HALF = 1.8  # solids are made inside the cube [-1.8, 1.8]^3
 
 
@@ -33,7 +35,7 @@ def build(solid: Solid, num_faces: int, dice: Dice, style: Style | None = None) 
     if not size or (high - low).min() < 2 * size:
         return None
     start = contour(solid, low, high, 0.9 * size)
-    if solid.evaluate(start.pos)[0].abs().max() > _TOLERANCE * size:
+    if not len(start.pos) or solid.evaluate(start.pos)[0].abs().max() > _TOLERANCE * size:
         return None
     mesh = (style or dice.choice(STYLES))(solid, start, size, dice)
     return mesh if _is_clean(solid, mesh) else None
@@ -46,13 +48,20 @@ def build_recipe(recipe: Callable[[Dice], Solid], num_faces: int, dice: Dice) ->
         recipe: Draws a solid inside the cube from -1 to 1 or a little beyond.
         num_faces: About the number of faces wanted.
         dice: Source of randomness.
+
+    Raises:
+        OptionError: If none of 100 solids can be meshed.
     """
-    while True:
+    for _ in range(_MOST_DRAWS):
         place = dice.mark("solid")
         mesh = build(recipe(dice).move(dice.rotation()), num_faces, dice)
         if mesh is not None:
             dice.keep("solid", place)
             return mesh
+    raise OptionError(
+        f"Expected enough faces for the details of the shape (got {num_faces}, too few for {_MOST_DRAWS} solids drawn)."
+        " Ask for more, or for another kind."
+    )
 
 
 def even(solid: Solid, start: LabelledMesh, size: float, dice: Dice) -> LabelledMesh:

@@ -29,6 +29,20 @@ def test_reads_polygons_and_negative_numbers(tmp_path):
     assert document.pos[2].tolist() == [1, 1, 0]
 
 
+def test_reads_keywords_in_capitals(tmp_path):
+    document, capitals = ObjDocument(RICH, tmp_path), ObjDocument(RICH.upper(), tmp_path)
+    assert np.array_equal(capitals.pos, document.pos)
+    assert np.array_equal(capitals.face, document.face)
+    written = capitals.with_positions(2 * capitals.pos).split(b"\n")
+    assert written[1:5] == [
+        b"MTLLIB WOOD.MTL",
+        b"O PART",
+        b"V 0 0 0 1 0 0",
+        b"V 2.000000000 0.000000000 0.000000000 0 1 0",
+    ]
+    assert b"\nMTLLIB wood.mtl\n" in ObjDocument.place_companions(RICH.upper(), tmp_path, str.lower)
+
+
 def test_moves_only_what_moved(tmp_path):
     document = ObjDocument(RICH, tmp_path)
     assert document.with_positions(document.pos.copy()) == RICH

@@ -4,6 +4,7 @@ import pytest
 import torch
 from torch import Generator
 
+from dnf_pyg.errors import OptionError
 from dnf_pyg.synthetic.shapes import SHAPES
 from dnf_pyg.synthetic.shapes.build import build_recipe
 from dnf_pyg.synthetic.shapes.dice import Dice
@@ -71,6 +72,14 @@ def test_the_same_solid_is_meshed_again_whatever_details_another_size_allows(mon
         assert face.size(1) == 200
         _, second, third = meshed  # 500 faces allow details that 400 do not
         assert second == third
+
+
+def test_details_too_small_for_the_number_of_faces_are_refused(monkeypatch):
+    monkeypatch.setattr("dnf_pyg.synthetic.shapes.build.build", lambda *_: None)
+    expected = r"enough faces for the details of the shape \(got 20, too few for 100 solids drawn\)\. Ask for more"
+    for kind in ("gear", "relief"):
+        with pytest.raises(OptionError, match=expected):
+            sized_shape(SHAPES[kind], 0, 20)
 
 
 @pytest.mark.parametrize(("name", "num_faces"), [("block", 1000), ("polyhedron", 600)])
