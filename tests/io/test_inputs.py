@@ -149,6 +149,19 @@ def test_scene_of_one_mesh_and_of_several(tmp_path):
     assert set(trimesh.load_scene(tmp_path / "scene.glb").geometry) >= {"turned", "ball"}
 
 
+def test_class_derived_from_one_of_a_library():
+    class Part(trimesh.Trimesh):
+        pass
+
+    class Surface(PolyData):
+        pass
+
+    check(Part(BOX.vertices, BOX.faces, process=False), lambda mesh: mesh.vertices)
+    check(Surface(BOX.vertices, polydata().faces), lambda mesh: mesh.points)
+    with pytest.raises(MeshError, match=r"trimesh.Scene \(got PointCloud\). Mesh it first"):
+        as_input(trimesh.PointCloud(BOX.vertices))
+
+
 def test_pyvista():
     moved = check(polydata(), lambda mesh: mesh.points)
     assert moved.points.dtype == np.float32
