@@ -156,7 +156,9 @@ def test_class_derived_from_one_of_a_library():
     class Surface(PolyData):
         pass
 
-    check(Part(BOX.vertices, BOX.faces, process=False), lambda mesh: mesh.vertices)
+    part = as_input(Part(BOX.vertices, BOX.faces, process=False))
+    assert torch.equal(part.face, torch.tensor(BOX.faces).t())
+    np.testing.assert_allclose(part.with_positions(part.pos + MOVE).vertices, BOX.vertices + MOVE.numpy(), atol=1e-6)
     check(Surface(BOX.vertices, polydata().faces), lambda mesh: mesh.points)
     with pytest.raises(MeshError, match=r"trimesh.Scene \(got PointCloud\). Mesh it first"):
         as_input(trimesh.PointCloud(BOX.vertices))
