@@ -1,7 +1,7 @@
 """Filters the facet normals of a mesh by one network, patch by patch."""
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 
 import torch
 from torch import Tensor
@@ -24,7 +24,8 @@ __all__ = ["filter_normals", "on_cpu"]
 @contextmanager
 def on_cpu() -> Iterator[None]:
     """Create tensors on the CPU, whatever ``torch.set_default_device`` says."""
-    with torch.device("cpu"):
+    there = torch.get_default_device().type == "cpu"  # to say it once more would slow down every call of torch
+    with nullcontext() if there else torch.device("cpu"):
         yield
 
 

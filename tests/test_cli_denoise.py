@@ -3,6 +3,8 @@
 import json
 import re
 import signal
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -42,6 +44,28 @@ def call(weights, capsys):
         return status, told.out, told.err
 
     return called
+
+
+def test_imports_only_what_it_needs_and_leaves_it_out_of_the_search_for_garbage(weights, noisy_file, tmp_path):
+    unneeded = (
+        "matplotlib",
+        "trimesh",
+        "torchmetrics",
+        "scipy.spatial",
+        "scipy.signal",
+        "huggingface_hub",
+        "lightning",
+    )
+    words = ["denoise", str(noisy_file), "-o", str(tmp_path / "out.ply"), "--weights", str(weights)]
+    code = (
+        "import gc, sys\nfrom dnf_pyg.cli import main\n"
+        f"assert main({words}) == 0\n"
+        f"assert not set({unneeded}) & set(sys.modules), set({unneeded}) & set(sys.modules)\n"
+        "assert gc.isenabled() and gc.get_freeze_count() > 100_000\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "out.ply").is_file()
 
 
 def test_json_picture_and_report(call, noisy_file, tmp_path):

@@ -19,19 +19,21 @@ ELSEWHERE = {  # parts that only show in what is made of them
     "test_bad_input.py": ["dnf_pyg/errors.py"],
     "test_cli.py": [f"dnf_pyg/commands/{name}.py" for name in ("add_noise", "compare", "configs")]
     + ["dnf_pyg/__main__.py"],
-    "test_cli_denoise.py": ["dnf_pyg/commands/denoise.py", "dnf_pyg/commands/outcome.py"],
+    "test_cli_denoise.py": [f"dnf_pyg/commands/{name}.py" for name in ("denoise", "outcome", "showing")],
     "commands/test_parser.py": [f"dnf_pyg/commands/{name}.py" for name in ("options", "shape_options", "view_options")],
     "commands/test_benchmark.py": ["dnf_pyg/commands/evaluation_options.py", "dnf_pyg/commands/methods.py"],
     "commands/test_weights.py": ["dnf_pyg/commands/export_weights.py"],
     "commands/test_experiment.py": [
         f"dnf_pyg/evaluate/experiments/{name}.py" for name in ("ablation", "series_report")
     ],
+    "evaluate/test_metrics.py": ["dnf_pyg/evaluate/measures.py"],
     "evaluate/baselines/test_bilateral.py": ["dnf_pyg/evaluate/baselines/filtered.py"],
     "view/test_report.py": ["dnf_pyg/view/page.py"],
     "patches/test_seeds.py": ["dnf_pyg/patches/coverage.py"],
     "datasets/test_datasets.py": [
         f"dnf_pyg/datasets/{name}.py" for name in ("fresh_patch_dataset", "mesh_dataset", "patch_dataset")
     ],
+    "io/test_inputs.py": ["dnf_pyg/io/arrays.py", "dnf_pyg/io/foreign.py"],
     "io/test_files.py": ["dnf_pyg/io/convert.py"],
     "mesh/test_geodesic.py": ["dnf_pyg/mesh/dijkstra.py", "dnf_pyg/mesh/facet_graph.py"],
     "io/formats/test_obj.py": ["dnf_pyg/io/formats/document.py"],

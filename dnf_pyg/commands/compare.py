@@ -11,7 +11,7 @@ from torch import Tensor
 from dnf_pyg.commands.options import CompareOptions
 from dnf_pyg.commands.terminal import tell
 from dnf_pyg.errors import MeshError
-from dnf_pyg.evaluate.metrics import VertexError, normal_angles
+from dnf_pyg.evaluate.measures import normal_angles, vertex_errors
 from dnf_pyg.io import MeshFile, read_mesh
 from dnf_pyg.mesh.correspondence import corresponding_faces
 from dnf_pyg.mesh.geometry import face_normals
@@ -69,11 +69,9 @@ def read_reference(path: Path, mesh: MeshFile) -> MeshFile:
 def measure(pos: Tensor, face: Tensor, reference: MeshFile) -> dict[str, float]:
     """Theta, E_v and shares of faces of a mesh, pos (V, 3) and face (3, F), against a clean mesh of as many faces."""
     angle = normal_angles(face_normals(pos, face), face_normals(reference.pos, reference.face))
-    vertex_error = VertexError()
-    vertex_error.update(pos, reference.pos, reference.face)
     return {
         "theta": float(angle.double().mean()),
-        "vertex_error": float(vertex_error.compute()),
+        "vertex_error": float(vertex_errors(pos, reference.pos, reference.face).mean()),
         "within_5_degrees": float((angle <= 5).double().mean()),
         "within_10_degrees": float((angle <= 10).double().mean()),
     }

@@ -1,6 +1,5 @@
 """Denoise meshes from file to file."""
 
-import dataclasses
 import json
 import sys
 import time
@@ -12,7 +11,7 @@ import torch
 
 from dnf_pyg.commands.compare import read_reference
 from dnf_pyg.commands.options import DenoiseOptions
-from dnf_pyg.commands.outcome import Outcome, outcome_figures, outcome_text
+from dnf_pyg.commands.outcome import Outcome, outcome_text
 from dnf_pyg.commands.outputs import check_output
 from dnf_pyg.commands.terminal import printable, tell
 from dnf_pyg.errors import DNFError, MeshFileError, OptionError
@@ -23,7 +22,6 @@ from dnf_pyg.nn import Cascade
 from dnf_pyg.nn.inference import inference_device
 from dnf_pyg.pipeline import denoise
 from dnf_pyg.progress import progress_bar
-from dnf_pyg.view import Camera, draw_meshes, write_index, write_report
 from dnf_pyg.weights.load import load_cascade
 
 __all__ = ["check_device", "run"]
@@ -57,9 +55,10 @@ def run(options: DenoiseOptions) -> None:
             tell(f"{path}: failed", file=sys.stderr)
             failed.append(f"{path}: {error if isinstance(error, DNFError) else repr(error)}")
     if several and options.report is not None:
+        from dnf_pyg.commands.showing import index_outcomes  # matplotlib takes a while to import
+
         index = options.report / "index.html"
-        rows = {name: (f"{name}.html", _row(values)) for name, values in pages.items()}
-        write_index(index, rows, ("Faces", "Noise level", "Mean movement", "Folded before", "Folded after"))
+        index_outcomes(index, pages)
         tell(f"{index}: page of {len(pages)} meshes")
     if failed:
         raise DNFError(f"{len(failed)} of {len(outputs)} meshes failed: " + "; ".join(failed))
@@ -101,12 +100,6 @@ def _outputs(options: DenoiseOptions) -> tuple[Mapping[Path, Path], bool]:
     return outputs, several
 
 
-def _row(values: Mapping[str, Any]) -> tuple[str, ...]:
-    """Figures of a mesh for the page of several."""
-    lengths = (f"{values[name]:.3f}" for name in ("noise_level", "mean_move"))
-    return (f"{values['num_faces']:,}", *lengths, str(values["flipped_before"]), str(values["flipped_after"]))
-
-
 def _run_one(
     path: Path, output: Path, page: Path | None, cascade: Cascade, options: DenoiseOptions, place: str
 ) -> dict[str, Any]:
@@ -134,38 +127,11 @@ def _run_one(
     tell(*([json.dumps(values)] if options.json else outcome_text(values)))
     for warning in result.warnings:
         tell(f"warning: {f'{path}: ' if place else ''}{warning}", file=sys.stderr)
-    if options.picture is not None:
-        meshes = {} if reference is None else {"clean": (reference.pos, reference.face)}
-        meshes |= {"noisy": (mesh.pos, mesh.face), "denoised": (result.pos, mesh.face)}
-        camera = Camera.choose(*meshes.values(), view=options.view)
-        draw_meshes(options.picture, meshes, meshes.get("clean"), moved=("noisy", "denoised"), camera=camera)
-    if page is not None:
-        write_report(
-            page,
-            mesh.pos,
-            result.pos,
-            mesh.face,
-            title=f"{path.name}, denoised",
-            subtitle=f"{mesh.face.size(1):,} triangles, {len(mesh.pos):,} vertices. " + " ".join(result.warnings),
-            reference=reference.pos if reference is not None and torch.equal(reference.face, mesh.face) else None,
-            figures=outcome_figures(values, result),
-            settings=_shown(options),
-            camera=Camera.choose((mesh.pos, mesh.face), (result.pos, mesh.face), view=options.view),
-        )
+    if options.picture is not None or page is not None:
+        from dnf_pyg.commands.showing import show_outcome  # matplotlib takes a while to import
+
+        show_outcome(outcome, values, options, page)
     return values
-
-
-def _shown(options: DenoiseOptions) -> dict[str, str]:
-    """All options that decide the result, for the page."""
-    values = {
-        "weights": options.weights,
-        "data_set": options.data_set,
-        "num_passes": options.num_passes,
-        "mask": options.mask,
-    }
-    values |= dataclasses.asdict(options.update) | dataclasses.asdict(options.filtering)
-    named = {"None": "none", "inf": "none", "True": "yes", "False": "no"}
-    return {name.replace("_", " "): named.get(str(value), str(value)) for name, value in values.items()}
 
 
 def check_device(name: str) -> None:

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from dnf_pyg.commands.compare import measure
-from dnf_pyg.evaluate.metrics import mean_angular_difference
+from dnf_pyg.evaluate.measures import mean_angular_difference
 from dnf_pyg.io import MeshFile
 from dnf_pyg.mesh.geometry import face_normals
 from dnf_pyg.pipeline import DenoiseResult

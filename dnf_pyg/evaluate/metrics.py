@@ -1,47 +1,20 @@
-"""Error of a denoised mesh against the clean one: angles between facet normals, distances of vertices."""
+"""Error of denoised meshes against the clean ones, accumulated over meshes or batches by torchmetrics."""
 
 import torch
 from torch import Tensor
 from torchmetrics import Metric
 
-from dnf_pyg.mesh.geometry import angular_difference, mean_edge_length
-from dnf_pyg.mesh.surface_distance import surface_distance
+from dnf_pyg.evaluate.measures import mean_angular_difference, normal_angles, vertex_errors
+from dnf_pyg.mesh.geometry import angular_difference
 
-__all__ = ["MeanAngularDifference", "VertexError", "angular_difference", "mean_angular_difference", "normal_angles"]
-
-
-def normal_angles(normal: Tensor, clean_normal: Tensor) -> Tensor:
-    """Angles between the facet normals (F, 3) of two meshes, (F',), degrees, of the F' faces with a clean normal.
-
-    Faces of zero area have none in the clean mesh.
-
-    Raises:
-        ValueError: If the two differ in shape.
-
-    Example:
-        >>> normal_angles(torch.eye(3), torch.tensor([[1.0, 0, 0], [1, 0, 0], [0, 0, 0]]))
-        tensor([ 0., 90.])
-    """
-    if normal.shape != clean_normal.shape:
-        raise ValueError(
-            f"Expected 'clean_normal' of shape {list(normal.shape)} (got {list(clean_normal.shape)}). "
-            "Pass the normals of the same faces."
-        )
-    known = clean_normal.any(dim=-1)
-    return angular_difference(normal[known], clean_normal[known])
-
-
-def mean_angular_difference(normal: Tensor, clean_normal: Tensor) -> float:
-    r"""Mean angular difference :math:`\theta` of facet normals (F, 3), degrees, over the faces with a clean normal.
-
-    Raises:
-        ValueError: If the two differ in shape.
-
-    Example:
-        >>> mean_angular_difference(torch.eye(3)[:2], torch.eye(3)[[0, 0]])
-        45.0
-    """
-    return float(normal_angles(normal, clean_normal).double().mean())
+__all__ = [
+    "MeanAngularDifference",
+    "VertexError",
+    "angular_difference",
+    "mean_angular_difference",
+    "normal_angles",
+    "vertex_errors",
+]
 
 
 class _Mean(Metric):
@@ -107,5 +80,4 @@ class VertexError(_Mean):
 
     def update(self, pos: Tensor, clean_pos: Tensor, clean_face: Tensor) -> None:
         """Add the vertices of one mesh."""
-        scale = float(mean_edge_length(clean_pos.double(), clean_face))
-        self._add(surface_distance(pos, clean_pos, clean_face) / scale)
+        self._add(vertex_errors(pos, clean_pos, clean_face))

@@ -5,17 +5,19 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import torch
-import trimesh
 from torch import Tensor
 
 from dnf_pyg.errors import MeshError, MeshFileError, OutputError
 from dnf_pyg.io.atomic import write_files
-from dnf_pyg.io.convert import convert, export
 from dnf_pyg.io.copies import Copies
 from dnf_pyg.io.formats import DAMAGE, DOCUMENTS, Document
-from dnf_pyg.io.formats.document import UnsupportedError
+from dnf_pyg.io.formats.document import Floats, UnsupportedError
+
+if TYPE_CHECKING:  # it takes a while to import
+    import trimesh
 
 __all__ = ["SUFFIXES", "MeshFile", "check_suffix", "find_meshes", "read_mesh", "write_mesh"]
 
@@ -41,8 +43,10 @@ class MeshFile:
     face: Tensor
 
     @cached_property
-    def mesh(self) -> trimesh.Trimesh:
+    def mesh(self) -> "trimesh.Trimesh":
         """Positions and triangles as a trimesh, vertices and faces in the same order."""
+        import trimesh
+
         return trimesh.Trimesh(self.pos.numpy(), self.face.t().numpy(), process=False)
 
 
@@ -86,7 +90,7 @@ def read_mesh(path: str | Path) -> MeshFile:
     return MeshFile(path, document, torch.from_numpy(document.pos), torch.from_numpy(face).t().contiguous())
 
 
-def write_mesh(mesh: MeshFile | trimesh.Trimesh, pos: Tensor, path: str | Path) -> None:
+def write_mesh(mesh: "MeshFile | trimesh.Trimesh", pos: Tensor, path: str | Path) -> None:
     """Write a mesh with new vertex positions; the file appears whole or not at all.
 
     In the format of the file that the mesh was read from, everything else stays as it is, to the byte; normals that it
@@ -103,6 +107,7 @@ def write_mesh(mesh: MeshFile | trimesh.Trimesh, pos: Tensor, path: str | Path) 
         ValueError: If the number of positions differs.
 
     Examples:
+        >>> import trimesh
         >>> write_mesh(trimesh.creation.box(), torch.zeros(8, 3), "box.docx")
         Traceback (most recent call last):
         dnf_pyg.errors.MeshFileError: Expected a mesh file ending in ... (got 'box.docx'). Convert it first.
@@ -115,20 +120,26 @@ def write_mesh(mesh: MeshFile | trimesh.Trimesh, pos: Tensor, path: str | Path) 
     new_pos = pos.detach().cpu().double().numpy()
     for _ in range(_ATTEMPTS):
         copies = Copies(path)
-        if isinstance(mesh, trimesh.Trimesh):
-            moved = mesh.copy()
-            moved.vertices = new_pos
-            data = export(moved, copies)
-        elif mesh.path.suffix.lower() == suffix:
+        if isinstance(mesh, MeshFile) and mesh.path.suffix.lower() == suffix:
             data = copies.carry(mesh.document.with_positions(new_pos), mesh.path)
         else:
-            data = convert(mesh.document, mesh.path, new_pos, copies)
+            data = _converted(mesh, new_pos, copies)
         try:
             write_files({**copies.files, path: data}, new=copies.files.keys())
         except FileExistsError:
             continue  # another process has taken a name since it was chosen
         return
     raise OutputError(f"Expected '{path.parent}' not to change all the time. Write to another folder.")
+
+
+def _converted(mesh: "MeshFile | trimesh.Trimesh", pos: Floats, copies: Copies) -> bytes:
+    from dnf_pyg.io.convert import convert, export  # trimesh takes a while to import
+
+    if isinstance(mesh, MeshFile):
+        return convert(mesh.document, mesh.path, pos, copies)
+    moved = mesh.copy()
+    moved.vertices = pos
+    return export(moved, copies)
 
 
 def find_meshes(paths: Iterable[Path]) -> list[Path]:

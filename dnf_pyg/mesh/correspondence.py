@@ -1,7 +1,6 @@
 """Faces of two versions of a mesh that correspond."""
 
 import torch
-from scipy.spatial import KDTree
 from torch import Tensor
 
 from dnf_pyg.mesh.geometry import face_centroids, mean_edge_length
@@ -45,6 +44,8 @@ def corresponding_faces(pos: Tensor, face: Tensor, other_pos: Tensor, other_face
         if torch.equal(one.values, two.values):
             return two.indices[one.indices.argsort()]
     centre, other_centre = face_centroids(pos.double(), face), face_centroids(other_pos.double(), other_face)
+    from scipy.spatial import KDTree  # takes a while to import
+
     distance, nearest = (torch.as_tensor(found) for found in KDTree(other_centre.numpy()).query(centre.numpy()))
     apart = (centre - other_centre).norm(dim=1)
     far = (apart > _FAR * mean_edge_length(other_pos.double(), other_face)) & (distance < apart / 2)

@@ -77,7 +77,7 @@ class FacetGraph:
         if topology is None:
             validate_mesh(pos, face)
             topology = Topology(face, pos.size(0))
-        ptr, neighbor = topology.one_ring
+        ptr, neighbor = topology.one_ring()
         pos, face = pos.detach().cpu().double(), topology.face
         pos = pos - pos.mean(dim=0)
         size = pos.abs().amax().item() or 1.0

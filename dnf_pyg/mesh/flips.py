@@ -15,6 +15,7 @@ Ints = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
 _MOST_ROUNDS = 20  # nearly all folds open in three
+_STEEP = 0.1  # cosine of 84 degrees: the update would flip a face that is steeper, so its vertices would stay in place
 _FLAT = 1e-5  # area relative to the squares of the sides up to which a face is a line
 
 
@@ -69,8 +70,8 @@ def without_flips(pos: Tensor, before: Tensor, face: Tensor, normal: Tensor) -> 
 def unfold(pos: Floats, face: Ints, normal: Floats, fixed: Flags, origin: Floats, max_move: Floats) -> Floats:
     """Open the folds that noise along the surface has made.
 
-    The vertices of flipped faces move along the surface to the mean of their neighbours. The vertex update cannot do
-    this, because it moves vertices across the surface only.
+    The vertices of faces that are flipped, or nearly so, move along the surface to the mean of their neighbours. The
+    vertex update cannot do this, because it moves vertices across the surface only.
 
     Args:
         pos: Vertex positions, (V, 3).
@@ -92,7 +93,7 @@ def unfold(pos: Floats, face: Ints, normal: Floats, fixed: Flags, origin: Floats
     """
     opened = pos.copy()
     for _ in range(_MOST_ROUNDS):
-        folded = _flipped(opened, face, normal)
+        folded = _folded(opened, face, normal)
         if not folded.any():
             break
         moving = np.zeros(len(pos), dtype=bool)
@@ -108,19 +109,19 @@ def unfold(pos: Floats, face: Ints, normal: Floats, fixed: Flags, origin: Floats
         step, axis = step[moving] / count[moving], axis[moving]
         axis /= np.maximum(np.linalg.norm(axis, axis=1, keepdims=True), 1e-12)
         opened[moving] += step - (step * axis).sum(axis=1, keepdims=True) * axis
-    for stuck in (face[_flipped(opened, face, normal)], np.linalg.norm(opened - origin, axis=1) > max_move):
+    for stuck in (face[_folded(opened, face, normal)], np.linalg.norm(opened - origin, axis=1) > max_move):
         opened[stuck] = pos[stuck]
     revert_flips(opened, pos, face, normal)
     return opened
 
 
 @njit(cache=True, nogil=True)
-def _flipped(pos: Floats, face: Ints, normal: Floats) -> Flags:
-    """Mark the faces, (F,), that are flipped and no lines."""
-    flipped = np.empty(len(face), dtype=np.bool_)
+def _folded(pos: Floats, face: Ints, normal: Floats) -> Flags:
+    """Mark the faces, (F,), that are flipped or about to be, and no lines."""
+    folded = np.empty(len(face), dtype=np.bool_)
     for f in range(len(face)):
-        flipped[f] = _along(pos, face[f], normal[f]) < 0 and not _is_line(pos, face[f])
-    return flipped
+        folded[f] = _along(pos, face[f], normal[f]) < _STEEP * _size(pos, face[f]) and not _is_line(pos, face[f])
+    return folded
 
 
 @njit(cache=True, nogil=True)
@@ -162,3 +163,13 @@ def _along(pos: Floats, face: Ints, normal: Floats) -> float:
     return (
         normal[0] * (u_y * w_z - u_z * w_y) + normal[1] * (u_z * w_x - u_x * w_z) + normal[2] * (u_x * w_y - u_y * w_x)
     )
+
+
+@njit(cache=True, nogil=True)
+def _size(pos: Floats, face: Ints) -> float:
+    """Compute twice the area of a face."""
+    a, b, c = pos[face[0]], pos[face[1]], pos[face[2]]
+    u_x, u_y, u_z = b[0] - a[0], b[1] - a[1], b[2] - a[2]
+    w_x, w_y, w_z = c[0] - a[0], c[1] - a[1], c[2] - a[2]
+    x, y, z = u_y * w_z - u_z * w_y, u_z * w_x - u_x * w_z, u_x * w_y - u_y * w_x
+    return np.sqrt(x * x + y * y + z * z)

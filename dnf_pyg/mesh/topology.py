@@ -13,7 +13,7 @@ __all__ = ["Topology"]
 
 
 class Topology:
-    """Edges and neighbouring faces of a mesh; each is computed when it is first asked for, and kept.
+    """Edges and neighbouring faces of a mesh; edges and faces around vertices are computed once, and kept.
 
     Vertices that move leave the topology as it is: make one object for a mesh and pass it to every function that takes
     it. The mesh has to be sound (:func:`~dnf_pyg.mesh.validate_mesh`); these functions do not validate it again.
@@ -43,9 +43,11 @@ class Topology:
         """Faces around each vertex, see :func:`~dnf_pyg.mesh.vertex_faces`."""
         return vertex_faces(self.face, self.num_vertices)
 
-    @cached_property
     def one_ring(self) -> tuple[NDArray[np.int64], NDArray[np.int32]]:
-        """Faces around each face, ``neighbor[ptr[f]:ptr[f + 1]]``, as ``(ptr, neighbor)``."""
+        """Find the faces around each face, ``neighbor[ptr[f]:ptr[f + 1]]``, as ``(ptr, neighbor)``.
+
+        They take more memory than all else of a mesh, and are not kept.
+        """
         return one_ring_csr(self.face, *self.vertex_faces)
 
     def mean_edge_length(self, pos: Tensor) -> Tensor:

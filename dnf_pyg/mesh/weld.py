@@ -7,7 +7,6 @@ import torch
 from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
-from scipy.spatial import KDTree
 from torch import Tensor
 
 __all__ = ["WeldedMesh", "coincident_rows", "weld"]
@@ -69,6 +68,8 @@ def _without_cracks(pos: NDArray[np.float64], face: NDArray[np.int64]) -> NDArra
         return np.arange(len(pos))[:, None]
     tolerance = _tolerance(pos, face, start, end)
     middle = (pos[start] + pos[end]) / 2
+    from scipy.spatial import KDTree  # takes a while to import
+
     nearest = KDTree(middle).query(middle, list(range(1, _NEAREST + 1)), distance_upper_bound=1.01 * tolerance.max())
     near = np.asarray(nearest[1])
     one, column = np.nonzero(near < len(start))

@@ -31,8 +31,9 @@ def median(words, num_runs=NUM_RUNS):
 
 
 def main():
-    imports = {name: [] for name in ("torch", "dnf_pyg", "dnf_pyg.denoise")}
-    codes = {"torch": "import torch", "dnf_pyg": "import dnf_pyg", "dnf_pyg.denoise": "from dnf_pyg import denoise"}
+    codes = {name: f"import {name}" for name in ("torch", "torch_geometric", "dnf_pyg")}
+    codes["dnf_pyg.denoise"] = "from dnf_pyg import denoise"
+    imports = {name: [] for name in codes}
     for _ in range(NUM_RUNS + 1):  # in turn, so that a ratio compares the same minutes
         for name, code in codes.items():
             imports[name].append(processor_seconds([sys.executable, "-c", code]))

@@ -6,7 +6,7 @@ from dnf_pyg.mesh import Topology
 
 def test_holds_the_patch_and_every_face_that_touches_it(sphere_mesh):
     pos, face = sphere_mesh
-    ptr, ring = Topology(face, len(pos)).one_ring
+    ptr, ring = Topology(face, len(pos)).one_ring()
     corners, patch = face.t().int().numpy(), np.array([40, 7, 41, 100])
     vertex_id, corner, member = surroundings(corners, ptr, ring, patch, len(pos))
     touched = {v for f in patch for v in corners[f]}

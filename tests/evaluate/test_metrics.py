@@ -10,6 +10,7 @@ from dnf_pyg.evaluate.metrics import (
     angular_difference,
     mean_angular_difference,
     normal_angles,
+    vertex_errors,
 )
 
 
@@ -54,7 +55,9 @@ def test_vertex_error_of_a_shifted_plane():
     lengths = torch.tensor(grid.edges_unique_length)
     inside = clean[(clean[:, 2] == 0.5) & (clean[:, :2].abs().amax(dim=1) < 4)]
     moved = inside + torch.tensor([0.0, 0.0, 0.3])
-    assert float(VertexError()(moved, clean, face)) == pytest.approx(0.3 / float(lengths.mean()), rel=1e-6)
+    expected = 0.3 / float(lengths.mean())
+    assert vertex_errors(moved, clean, face).tolist() == pytest.approx([expected] * len(moved), rel=1e-6)
+    assert float(VertexError()(moved, clean, face)) == pytest.approx(expected, rel=1e-6)
 
 
 def test_mean_of_one_mesh_is_the_metric_and_leaves_out_faces_without_clean_normal():

@@ -149,6 +149,21 @@ def test_scene_of_one_mesh_and_of_several(tmp_path):
     assert set(trimesh.load_scene(tmp_path / "scene.glb").geometry) >= {"turned", "ball"}
 
 
+def test_class_derived_from_one_of_a_library():
+    class Part(trimesh.Trimesh):
+        pass
+
+    class Surface(PolyData):
+        pass
+
+    part = as_input(Part(BOX.vertices, BOX.faces, process=False))
+    assert torch.equal(part.face, torch.tensor(BOX.faces).t())
+    np.testing.assert_allclose(part.with_positions(part.pos + MOVE).vertices, BOX.vertices + MOVE.numpy(), atol=1e-6)
+    check(Surface(BOX.vertices, polydata().faces), lambda mesh: mesh.points)
+    with pytest.raises(MeshError, match=r"trimesh.Scene \(got PointCloud\). Mesh it first"):
+        as_input(trimesh.PointCloud(BOX.vertices))
+
+
 def test_pyvista():
     moved = check(polydata(), lambda mesh: mesh.points)
     assert moved.points.dtype == np.float32

@@ -64,9 +64,10 @@ class BilateralNormalFilter:
         centroid = face_centroids(pos.double(), face).numpy()
         area = face_areas(pos.double(), face).numpy()
         sigma = mean_centroid_distance(centroid, edge_adjacent(face).numpy())
-        weight = spatial_weights(*topology.one_ring, centroid, area, sigma)
+        ring = topology.one_ring()
+        weight = spatial_weights(*ring, centroid, area, sigma)
         for _ in range(self.num_iterations):
-            normal = average_normals(*topology.one_ring, weight, normal, normal, self.sigma_range)
+            normal = average_normals(*ring, weight, normal, normal, self.sigma_range)
         filtered = torch.from_numpy(normal).to(pos.dtype)
         moved = update_vertices(pos, face, filtered, self.num_vertex_iterations, topology=topology)
         return FilteredMesh(moved, filtered)
