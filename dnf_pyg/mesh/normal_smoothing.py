@@ -62,7 +62,7 @@ def smooth_normals(normal: Tensor, area: Tensor, topology: Topology, tolerance: 
         raise ValueError(f"Expected 'tolerance' of at least 0 degrees (got {tolerance}). Use 0 for no smoothing.")
     if tolerance == 0:
         return normal
-    ptr, ring = topology.one_ring
+    ptr, ring = topology.one_ring()
     size = area.detach().cpu().double()
     found = _smoothed(
         normal.detach().cpu().double().contiguous().numpy(),
