@@ -165,4 +165,4 @@ class UpdateOptions:
 
 
 FAST = FilterOptions(coverage=1, k=(10, 16, 24))
-"""Options that cost at most 0.2 degrees and halve the time: ``denoise(mesh, filtering=FAST)``."""
+"""Options that cost at most 0.13 degrees and halve the time: ``denoise(mesh, filtering=FAST)``."""

@@ -40,11 +40,13 @@ KINDS = {
 }
 ITERATIONS = (5, 10, 20, 40, 100)
 TRADE = {
-    "`coverage` 1": FilterOptions(coverage=1),
-    "**default**: `coverage` 2": FilterOptions(),
-    "`coverage` 3": FilterOptions(coverage=3),
-    "`--smoothing 0`": FilterOptions(smoothing=0.0),
-    "**`--fast`**: `coverage` 1, fewer neighbours": FAST,
+    "`coverage` 1": ("best", FilterOptions(coverage=1)),
+    "**default**: `coverage` 2": ("best", FilterOptions()),
+    "`coverage` 3": ("best", FilterOptions(coverage=3)),
+    "`--smoothing 0`": ("best", FilterOptions(smoothing=0.0)),
+    "**`--fast`**: `coverage` 1, fewer neighbours": ("best", FAST),
+    "**`--weights small`**": ("small", FilterOptions()),
+    "`--weights small --fast`": ("small", FAST),
 }
 QUARTER = np.array([[0.0, 0, 1], [0, 1, 0], [-1, 0, 0]])
 SKEW = trimesh.transformations.rotation_matrix(1.0, (1, 2, 3))[:3, :3]
@@ -132,9 +134,10 @@ def trade(net, data):
     results, seconds = {title: [] for title in TRADE}, dict.fromkeys(TRADE, 0.0)
     for name in HELD_BACK:
         meshes = [noisy(data, name, level=level) for level in LEVELS]
-        for title, filtering in TRADE.items():
+        for title, (weights, filtering) in TRADE.items():
+            other = net if weights == "best" else load_network(weights)
             start = time.process_time()
-            found = [denoise((pos, face.t()), net, filtering=filtering).pos for pos, face, _ in meshes]
+            found = [denoise((pos, face.t()), other, filtering=filtering).pos for pos, face, _ in meshes]
             seconds[title] += time.process_time() - start
             values = [theta(pos, face, clean) for pos, (_, face, clean) in zip(found, meshes, strict=True)]
             results[title].append(sum(values) / len(values))

@@ -51,7 +51,7 @@ def test_checkpoint_tells_the_noise_levels_of_its_data(checkpoint):
 
 
 def test_packaged_weights_tell_the_noise_levels_of_their_training():
-    known = {"best": (0.0, 0.5), "synthetic": (0.1, 0.3)}
+    known = {"best": (0.0, 0.5), "small": (0.0, 0.5), "synthetic": (0.1, 0.3)}
     assert {name: load_network(name).noise_range for name in packaged_weights()} == known
 
 
