@@ -87,7 +87,8 @@ def update_vertices(
         raise ValueError(f"Expected 'fixed' of shape [{len(pos)}] (got {list(fixed.shape)}). Pass one a vertex.")
     if weight is not None and weight.shape != (face.size(1),):
         raise ValueError(f"Expected 'weight' of shape [{face.size(1)}] (got {list(weight.shape)}). Pass one a face.")
-    lowest = float(torch.as_tensor(max_move).min())
+    limit = torch.as_tensor(max_move, dtype=torch.float64, device="cpu").expand(len(pos))
+    lowest = float(limit.min()) if len(pos) else 0.0
     for name, value in (("num_iterations", num_iterations), ("tolerance", tolerance), ("max_move", lowest)):
         if not value >= 0:
             raise ValueError(f"Expected '{name}' of at least 0 (got {value}). Raise it.")
@@ -105,15 +106,13 @@ def update_vertices(
     target = np.ascontiguousarray(normal.detach().cpu().double().numpy())
     trust = np.ones(len(corner)) if weight is None else weight.detach().cpu().double().numpy()
     unit = float(topology.mean_edge_length(pos.detach())) or 1.0  # infinity times 0 is not a number
-    limit = torch.as_tensor(max_move, dtype=torch.float64).mul(unit).expand(len(pos)).contiguous().numpy()
+    farthest = (limit * unit).contiguous().numpy()
     agreement = _Agreement(start, corner, target, topology.edges) if max_correlation < 1 else None
     before, count, reason = current, 0, "the largest number was reached"
     if guard and num_iterations > 0:
-        current = unfold(current, corner, target, stays, start, limit)
+        current = unfold(current, corner, target, stays, start, farthest)
     for count in range(1, num_iterations + 1):
-        updated = _stepped(
-            current, start, corner, target, trust, ptr.numpy(), face_id.numpy(), stays, limit
-        )  # fmt: skip
+        updated = _stepped(current, start, corner, target, trust, ptr.numpy(), face_id.numpy(), stays, farthest)
         if guard:
             revert_flips(updated, current, corner, target)
         largest_step = np.abs(updated - current).max()

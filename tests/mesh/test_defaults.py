@@ -23,6 +23,7 @@ from dnf_pyg.mesh import (
 )
 from dnf_pyg.mesh.flips import flipped_faces, without_flips
 from dnf_pyg.mesh.geometry import angular_difference
+from dnf_pyg.mesh.normal_smoothing import smooth_normals
 from dnf_pyg.mesh.surface_distance import surface_distance
 from dnf_pyg.mesh.vertex_update import update_vertices
 from dnf_pyg.mesh.weld import weld
@@ -55,6 +56,7 @@ def results(pos, face):
         "heat": torch.cat(HeatGrowth().bind(pos, face, graph).grow(3, 50)),
         "surface_distance": surface_distance(pos[:9] + 0.1, pos, face),
         "update_vertices": moved,
+        "smooth_normals": smooth_normals(normal, face_areas(pos, face), topology, 5.0),
         "flipped_faces": flipped_faces(moved, face, -normal),
         "without_flips": without_flips(-moved, pos, face, normal),
         "weld": weld(pos, face).face,
