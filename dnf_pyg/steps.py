@@ -82,8 +82,9 @@ class Steps:
     ) -> tuple[Tensor, FusedNormals]:
         pos = origin + torch.where(fixed[:, None], 0.0, self._coarse_move(origin, face, topology, num_coarser))
         networks = self.cascade.networks
-        limit = torch.tensor(self._limit, dtype=torch.float64)
+        limit, trust = torch.tensor(self._limit, dtype=torch.float64), None
         if local is not None:
+            trust = local.trust()
             unit = float(topology.mean_edge_length(origin)) or 1.0
             limit = (_MOST_SIGMA * local.sigma / unit).clamp(max=limit)
         start, normal = pos, torch.empty(0)
@@ -112,7 +113,7 @@ class Steps:
                     max_move=limit,
                     origin=origin,
                     fixed=fixed,
-                    weight=None if local is None else local.trust(),
+                    weight=trust,
                     topology=topology,
                     ended=self.ended,
                 )

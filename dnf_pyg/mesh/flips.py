@@ -157,19 +157,21 @@ def _is_line(pos: Floats, face: Ints) -> bool:
 @njit(cache=True, nogil=True)
 def _along(pos: Floats, face: Ints, normal: Floats) -> float:
     """Compute twice the area of a face projected along a normal; negative if it is seen from behind."""
-    a, b, c = pos[face[0]], pos[face[1]], pos[face[2]]
-    u_x, u_y, u_z = b[0] - a[0], b[1] - a[1], b[2] - a[2]
-    w_x, w_y, w_z = c[0] - a[0], c[1] - a[1], c[2] - a[2]
-    return (
-        normal[0] * (u_y * w_z - u_z * w_y) + normal[1] * (u_z * w_x - u_x * w_z) + normal[2] * (u_x * w_y - u_y * w_x)
-    )
+    x, y, z = _across(pos, face)
+    return normal[0] * x + normal[1] * y + normal[2] * z
 
 
 @njit(cache=True, nogil=True)
 def _size(pos: Floats, face: Ints) -> float:
     """Compute twice the area of a face."""
+    x, y, z = _across(pos, face)
+    return np.sqrt(x * x + y * y + z * z)
+
+
+@njit(cache=True, nogil=True)
+def _across(pos: Floats, face: Ints) -> tuple[float, float, float]:
+    """Compute the cross product of two sides of a face."""
     a, b, c = pos[face[0]], pos[face[1]], pos[face[2]]
     u_x, u_y, u_z = b[0] - a[0], b[1] - a[1], b[2] - a[2]
     w_x, w_y, w_z = c[0] - a[0], c[1] - a[1], c[2] - a[2]
-    x, y, z = u_y * w_z - u_z * w_y, u_z * w_x - u_x * w_z, u_x * w_y - u_y * w_x
-    return np.sqrt(x * x + y * y + z * z)
+    return u_y * w_z - u_z * w_y, u_z * w_x - u_x * w_z, u_x * w_y - u_y * w_x

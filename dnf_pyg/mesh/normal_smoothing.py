@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from dnf_pyg.mesh.topology import Topology
+from dnf_pyg.mesh.vectors import set_unit, square_distance
 
 __all__ = ["smooth_normals"]
 
@@ -81,26 +82,24 @@ def _smoothed(normal: Floats, area: Floats, ptr: Ints, ring: Shorts, tolerance: 
     for f in range(num_faces):
         differences = np.zeros(ptr[f + 1] - ptr[f] + 1)  # the first is that of the face to itself
         for entry in range(ptr[f], ptr[f + 1]):
-            differences[entry - ptr[f] + 1] = _distance(normal, normal, f, ring[entry])
+            differences[entry - ptr[f] + 1] = np.sqrt(square_distance(normal, f, ring[entry]))
         reach[f] = min(max(_RANGE * np.median(differences), _LEAST), _MOST)
     smooth = normal
     for _ in range(_NUM_ITERATIONS):
-        before, smooth = smooth, normal.copy()
+        before, smooth = smooth, np.empty_like(normal)
         for f in range(num_faces):
             x, y, z = area[f] * before[f, 0], area[f] * before[f, 1], area[f] * before[f, 2]
             for entry in range(ptr[f], ptr[f + 1]):
                 g = ring[entry]
-                relative = _distance(normal, normal, f, g) / min(reach[f], reach[g])
-                weight = area[g] * np.exp(-(relative**2))
+                weight = area[g] * np.exp(-square_distance(normal, f, g) / min(reach[f], reach[g]) ** 2)
                 x += weight * before[g, 0]
                 y += weight * before[g, 1]
                 z += weight * before[g, 2]
-            length = np.sqrt(x * x + y * y + z * z)
-            if length > 0:
-                smooth[f, 0], smooth[f, 1], smooth[f, 2] = x / length, y / length, z / length
+            set_unit(smooth, f, x, y, z, normal)
+    move = smooth - normal
     detail = np.empty(num_faces)
     for f in range(num_faces):
-        detail[f] = _distance(smooth, normal, f, f)
+        detail[f] = np.sqrt((move[f] ** 2).sum())
     for _ in range(2):
         before_detail, detail = detail, np.empty(num_faces)
         for f in range(num_faces):
@@ -111,20 +110,6 @@ def _smoothed(normal: Floats, area: Floats, ptr: Ints, ring: Shorts, tolerance: 
             detail[f] = total / weights if weights > 0 else before_detail[f]
     for f in range(num_faces):
         share = np.exp(-((detail[f] / tolerance) ** 2))
-        squares = 0.0
-        for axis in range(3):
-            smooth[f, axis] = normal[f, axis] + share * (smooth[f, axis] - normal[f, axis])
-            squares += smooth[f, axis] ** 2
-        if squares > 0:
-            for axis in range(3):
-                smooth[f, axis] /= np.sqrt(squares)
+        x, y, z = normal[f] + share * move[f]
+        set_unit(smooth, f, x, y, z, normal)
     return smooth
-
-
-@njit(cache=True, nogil=True)
-def _distance(one: Floats, other: Floats, f: int, g: int) -> float:
-    """Distance of row f of ``one`` from row g of ``other``."""
-    total = 0.0
-    for axis in range(3):
-        total += (one[f, axis] - other[g, axis]) ** 2
-    return np.sqrt(total)

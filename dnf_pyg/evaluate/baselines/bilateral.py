@@ -10,6 +10,7 @@ from torch import Tensor
 
 from dnf_pyg.evaluate.baselines.filtered import FilteredMesh
 from dnf_pyg.mesh import Topology, edge_adjacent, face_areas, face_centroids, filled_face_normals, validate_mesh
+from dnf_pyg.mesh.vectors import set_unit, square_distance
 from dnf_pyg.mesh.vertex_update import update_vertices
 
 __all__ = ["BilateralNormalFilter", "average_normals", "mean_centroid_distance", "spatial_weights"]
@@ -107,20 +108,3 @@ def average_normals(ptr: Ints, neighbor: Shorts, weight: Floats, normal: Floats,
             z += share * normal[j, 2]
         set_unit(filtered, i, x, y, z, normal)
     return filtered
-
-
-@njit(cache=True, nogil=True)
-def square_distance(vector: Floats, i: int, j: int) -> float:
-    """Squared distance of two rows."""
-    x, y, z = vector[i, 0] - vector[j, 0], vector[i, 1] - vector[j, 1], vector[i, 2] - vector[j, 2]
-    return x * x + y * y + z * z
-
-
-@njit(cache=True, nogil=True)
-def set_unit(out: Floats, i: int, x: float, y: float, z: float, otherwise: Floats) -> None:
-    """Set a row to the direction of a vector, or to the row of ``otherwise`` where the vector is zero."""
-    length = np.sqrt(x * x + y * y + z * z)
-    if length > 0:
-        out[i, 0], out[i, 1], out[i, 2] = x / length, y / length, z / length
-    else:
-        out[i] = otherwise[i]

@@ -13,12 +13,11 @@ from dnf_pyg.evaluate.baselines.bilateral import (
     Shorts,
     average_normals,
     mean_centroid_distance,
-    set_unit,
     spatial_weights,
-    square_distance,
 )
 from dnf_pyg.evaluate.baselines.filtered import FilteredMesh
 from dnf_pyg.mesh import Topology, edge_adjacent, face_areas, face_centroids, filled_face_normals, validate_mesh
+from dnf_pyg.mesh.vectors import set_unit, square_distance
 from dnf_pyg.mesh.vertex_update import update_vertices
 
 __all__ = ["GuidedNormalFilter"]
