@@ -14,7 +14,10 @@ from dnf_pyg.datasets.pairing import split_pairs
 from dnf_pyg.nn import DNFNet, SurfaceDNFNet
 from dnf_pyg.patches import PatchOptions
 
-CONFIGS = sorted((Path(__file__).resolve().parents[1] / "configs").glob("*.yaml"))
+FOLDER = Path(__file__).resolve().parents[1] / "configs"
+SCHEDULE = FOLDER / "short_schedule.yaml"  # goes on top of another config
+CONFIGS = sorted(set(FOLDER.glob("*.yaml")) - {SCHEDULE})
+TABLE_1 = ["synthetic", *(path.stem for path in CONFIGS if path.stem.startswith("ablation"))]
 SMALL_NET = ["--model.net.channels=[4,4,4]", "--model.net.embedding_channels=4", "--model.net.residual_k=4"]
 
 
@@ -76,9 +79,27 @@ def test_config_fits(path, cnr_folder, tmp_path, monkeypatch):
     assert main(["fit", "-c", str(path), *SMALL_NET, *words]) == 0
 
 
+@pytest.mark.parametrize("row", TABLE_1)
+def test_short_schedule_goes_on_top_of_each_row_of_table_1(row, cnr_folder, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    small = {"root": cnr_folder, "cache": tmp_path / "cache", "patches.patch_size": 60, "patches.num_patches": 2}
+    words = [f"--data.{key}={value}" for key, value in small.items()] + SMALL_NET
+    words += ["--trainer.max_steps=2", "--trainer.accelerator=cpu"]
+    assert main(["fit", "-c", row, "-c", "short_schedule", *words]) == 0
+    run = Path("runs", row, "version_0")
+    kept = yaml.safe_load((run / "config.yaml").read_text())
+    schedule, given = (yaml.safe_load(path.read_text()) for path in (SCHEDULE, FOLDER / f"{row}.yaml"))
+    assert kept["model"]["optimizer"]["class_path"] == schedule["model"]["optimizer"]["class_path"]
+    assert kept["model"]["thinning"] == schedule["model"]["thinning"]
+    assert kept["data"]["init_args"]["loader"]["batch_size"] == schedule["data"]["init_args"]["loader"]["batch_size"]
+    loss = given["model"]["loss"]["init_args"]
+    assert {name: kept["model"]["loss"]["init_args"][name] for name in loss} == loss  # what the row is about
+    assert (run / "checkpoints" / "best.ckpt").is_file()
+
+
 def test_paper_settings_are_complete():
     for name, subset, k, num_patches in (("synthetic", "Synthetic", 50, 100), ("kinect", "Kinect_v1", 150, 200)):
-        config = yaml.safe_load((CONFIGS[0].parent / f"{name}.yaml").read_text())
+        config = yaml.safe_load((FOLDER / f"{name}.yaml").read_text())
         data = config["data"]["init_args"]
         assert data["subset"] == subset
         assert data["patches"] == {"num_patches": num_patches, "patch_size": 800, "k": k}
@@ -91,7 +112,7 @@ def test_paper_settings_are_complete():
 
 
 def test_demo_looks_at_a_mesh_that_is_held_back():
-    config = yaml.safe_load((CONFIGS[0].parent / "demo.yaml").read_text())
+    config = yaml.safe_load((FOLDER / "demo.yaml").read_text())
     options = config["data"]["init_args"]
     options |= {"root": "data", "patches": PatchOptions(**options["patches"]), "loader": LoaderOptions()}
     names = GeneratedDataModule(**options).names
