@@ -1,15 +1,16 @@
 """Print the tables of docs/results.md on noise and on options, with the packaged weights as they are.
 
 ``python tests/bench/measure_options.py DATA/cnr/Synthetic [PART ...]`` prints all parts or some of ``invariance``,
-``folds``, ``kinds``, ``iterations``, ``trade`` and ``passes``. The first two take meshes of ``test``, the others take
-meshes of ``train`` that the weights were not trained on. Everything runs in full precision, so that figures do not
-depend on whether a processor has instructions for bf16. Nothing here is part of ``make bench``.
+``folds``, ``kinds``, ``shares``, ``iterations``, ``trade`` and ``passes``. The first two take meshes of ``test``, the
+others take meshes of ``train`` that the weights were not trained on. Everything runs in full precision, so that figures
+do not depend on whether a processor has instructions for bf16. Nothing here is part of ``make bench``.
 """
 
 import sys
 import time
 import warnings
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from zlib import crc32
 
@@ -40,6 +41,7 @@ KINDS = {
     "Gaussian in all directions, 0.2": ("isotropic", 0.2),
     "alike at neighbouring vertices, 0.2": ("scan", 0.2),
 }
+SHARES = (0.0, 0.05, 0.1, 0.2, 0.3)
 EXACT = FilterOptions(precision="fp32")
 ITERATIONS = (5, 10, 20, 40, 100)
 TRADE = {
@@ -60,6 +62,13 @@ def noisy(data, name, kind="gaussian", level=0.2):
     mesh = read_mesh(data / "train" / "original" / f"{name}.obj")
     generator = torch.Generator().manual_seed(crc32(f"{name} {kind} {level}".encode()))
     return NOISE_KINDS[kind]()(mesh.pos, mesh.face, level, generator), mesh.face, face_normals(mesh.pos, mesh.face)
+
+
+@cache
+def denoised(net, data, name, level, num_passes=1):
+    """Result on a mesh of :func:`noisy`, for several tables."""
+    pos, face, _ = noisy(data, name, level=level)
+    return denoise((pos, face.t()), net, filtering=EXACT, num_passes=num_passes)
 
 
 def theta(pos, face, clean):
@@ -118,13 +127,27 @@ def kinds(net, data):
     table(["noise", "noisy", "best", *(method.name for method in filters)], rows)
 
 
+def shares(net, data):
+    """Theta by the share of the angle of the noise up to which filtered normals are smoothed."""
+    rows = []
+    for level in (0.05, 0.1, 0.3, 0.5):
+        results = []
+        for name in HELD_BACK[:3]:
+            pos, face, clean = noisy(data, name, level=level)
+            options = [replace(EXACT, smoothing=share) for share in SHARES]
+            found = [denoise((pos, face.t()), net, filtering=filtering).pos for filtering in options]
+            results.append([theta(end, face, clean) for end in found])
+        rows.append([f"{level}", *map(number, torch.tensor(results).mean(dim=0).tolist())])
+    table(["noise", *map(str, SHARES)], rows)
+
+
 def iterations(net, data):
     results = {f"{count}": [] for count in ITERATIONS} | {"**automatic**": []}
     for name in HELD_BACK:
         values = []
         for level in LEVELS:
             pos, face, clean = noisy(data, name, level=level)
-            result = denoise((pos, face.t()), net, filtering=EXACT)
+            result = denoised(net, data, name, level)
             ends = [update_vertices(pos, face, result.normal.double(), count) for count in ITERATIONS]
             values.append([theta(end, face, clean) for end in (*ends, result.pos)])
         for column, mean in zip(results.values(), torch.tensor(values).mean(dim=0).tolist(), strict=True):
@@ -154,8 +177,8 @@ def passes(net, data):
     for level in LEVELS:
         cells = []
         for name in HELD_BACK:
-            pos, face, clean = noisy(data, name, level=level)
-            found = [denoise((pos, face.t()), net, filtering=EXACT, num_passes=n).pos for n in (1, 2)]
+            _, face, clean = noisy(data, name, level=level)
+            found = [denoised(net, data, name, level, n).pos for n in (1, 2)]
             cells.append(", ".join(f"{theta(end, face, clean):.2f}" for end in found))
         rows.append([f"{level}", *cells])
     table(["noise", *HELD_BACK], rows)
@@ -166,7 +189,7 @@ def with_mean(results):
     return [[title, *map(number, (*values, sum(values) / len(values)))] for title, values in results.items()]
 
 
-PARTS = {part.__name__: part for part in (invariance, folds, kinds, iterations, trade, passes)}
+PARTS = {part.__name__: part for part in (invariance, folds, kinds, shares, iterations, trade, passes)}
 
 
 def main():
