@@ -20,7 +20,7 @@ def run(options: MakeShapeOptions) -> None:
         OutputError: If the output exists already, or cannot be written.
     """
     check_output(options.output, overwrite=options.overwrite)
-    with progress_bar(f"making a {options.kind} of about {options.faces} faces", "try") as report:
+    with progress_bar(f"making a {options.kind} of about {options.faces} faces", "attempt") as report:
         pos, face = sized_shape(SHAPES[options.kind], options.seed, options.faces, progress=report)
     write_mesh(trimesh.Trimesh(pos.numpy(), face.t().numpy(), process=False), pos, options.output)
     tell(f"{options.output}: {face.size(1)} faces")

@@ -39,7 +39,8 @@ def smooth_normals(normal: Tensor, area: Tensor, topology: Topology, tolerance: 
     curvature, but not a sharp edge. How much of the difference is taken depends on :math:`d_i`, the mean of
     :math:`\Vert \mathbf{s} - \mathbf{n} \Vert` over the two rings around face i: detail differs from its smoothed
     version by more than the tolerance :math:`d`, and stays.
-    Source: Zheng et al. 2011 (bilateral normal filtering). Differs: the range and the share that is taken.
+    Source: Zheng et al. 2011 (bilateral normal filtering).
+    Differs: the range and the share that is taken; Li et al. 2020 do not smooth filtered normals.
 
     Args:
         normal: Filtered normals, (F, 3), unit length.

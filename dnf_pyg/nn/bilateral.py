@@ -25,7 +25,8 @@ class JointBilateralConv(MessagePassing):
     area :math:`a_j` of face j if given. The weights are computed once, so an iteration costs one sparse product.
     On flat parts, iterating averages over many faces, with an accuracy that a max over few neighbours cannot match; a
     small :math:`\sigma_i` leaves a face unchanged.
-    Source: Zheng et al. 2011 (bilateral normal filtering). Differs: the weights are learned.
+    Source: Zheng et al. 2011 (bilateral normal filtering).
+    Differs: the weights are learned.
 
     Args:
         in_channels: Features per face.

@@ -86,6 +86,8 @@ def cover(extractor: PatchExtractor, min_coverage: int = 2, generator: Generator
     The seeds are planned ahead (:mod:`dnf_pyg.patches.coverage`). Where the patches differ from the plan, as with
     :class:`~dnf_pyg.mesh.HeatGrowth`, more are cut, each around the first of the faces that are covered least.
 
+    Differs: the authors' code of Li et al. 2020 cuts a patch around every face and keeps the normal of that face alone.
+
     Args:
         extractor: Cuts the patches of the mesh.
         min_coverage: Smallest number of patches that each face lies in.

@@ -10,6 +10,9 @@ __all__ = ["JitterNormal"]
 class JitterNormal(BaseTransform):
     """Add clipped Gaussian noise to the facet normals ``x`` and scale them back to unit length.
 
+    Source: Li et al. 2020, Sec. 3.5 (data augmentation); the size of the noise is that of the authors' code.
+    Differs: the authors' code jitters a normal anew for every face that it is a neighbour of, and keeps the lengths.
+
     Args:
         sigma: Standard deviation, per coordinate of the unit normal.
         clip: Largest noise, per coordinate.

@@ -1,13 +1,16 @@
 """Print the tables of docs/results.md on noise and on options, with the packaged weights as they are.
 
 ``python tests/bench/measure_options.py DATA/cnr/Synthetic [PART ...]`` prints all parts or some of ``invariance``,
-``folds``, ``kinds``, ``iterations``, ``trade`` and ``passes``. The first two take meshes of ``test``, the others take
-meshes of ``train`` that the weights were not trained on. Nothing here is part of ``make bench``.
+``folds``, ``kinds``, ``shares``, ``iterations``, ``trade`` and ``passes``. The first two take meshes of ``test``, the
+others take meshes of ``train`` that the weights were not trained on. Everything runs in full precision, so that figures
+do not depend on whether a processor has instructions for bf16. Nothing here is part of ``make bench``.
 """
 
 import sys
 import time
 import warnings
+from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from zlib import crc32
 
@@ -38,15 +41,17 @@ KINDS = {
     "Gaussian in all directions, 0.2": ("isotropic", 0.2),
     "alike at neighbouring vertices, 0.2": ("scan", 0.2),
 }
+SHARES = (0.0, 0.05, 0.1, 0.2, 0.3)
+EXACT = FilterOptions(precision="fp32")
 ITERATIONS = (5, 10, 20, 40, 100)
 TRADE = {
-    "`coverage` 1": ("best", FilterOptions(coverage=1)),
-    "**default**: `coverage` 2": ("best", FilterOptions()),
-    "`coverage` 3": ("best", FilterOptions(coverage=3)),
-    "`--smoothing 0`": ("best", FilterOptions(smoothing=0.0)),
-    "**`--fast`**: `coverage` 1, fewer neighbours": ("best", FAST),
-    "**`--weights small`**": ("small", FilterOptions()),
-    "`--weights small --fast`": ("small", FAST),
+    "`coverage` 1": ("best", replace(EXACT, coverage=1)),
+    "**default**: `coverage` 2": ("best", EXACT),
+    "`coverage` 3": ("best", replace(EXACT, coverage=3)),
+    "`--smoothing 0`": ("best", replace(EXACT, smoothing=0.0)),
+    "**`--fast`**: `coverage` 1, fewer neighbours": ("best", replace(FAST, precision="fp32")),
+    "**`--weights small`**": ("small", EXACT),
+    "`--weights small --fast`": ("small", replace(FAST, precision="fp32")),
 }
 QUARTER = np.array([[0.0, 0, 1], [0, 1, 0], [-1, 0, 0]])
 SKEW = trimesh.transformations.rotation_matrix(1.0, (1, 2, 3))[:3, :3]
@@ -57,6 +62,13 @@ def noisy(data, name, kind="gaussian", level=0.2):
     mesh = read_mesh(data / "train" / "original" / f"{name}.obj")
     generator = torch.Generator().manual_seed(crc32(f"{name} {kind} {level}".encode()))
     return NOISE_KINDS[kind]()(mesh.pos, mesh.face, level, generator), mesh.face, face_normals(mesh.pos, mesh.face)
+
+
+@cache
+def denoised(net, data, name, level, num_passes=1):
+    """Result on a mesh of :func:`noisy`, for several tables."""
+    pos, face, _ = noisy(data, name, level=level)
+    return denoise((pos, face.t()), net, filtering=EXACT, num_passes=num_passes)
 
 
 def theta(pos, face, clean):
@@ -71,8 +83,7 @@ def invariance(net, data, name="block_n3"):
     mesh = read_mesh(data / "test" / "noisy" / f"{name}.obj")
     unit = float(mean_edge_length(mesh.pos, mesh.face))
     size = float((mesh.pos.amax(dim=0) - mesh.pos.amin(dim=0)).max())
-    exact = FilterOptions(precision="fp32")
-    expected = denoise(mesh.mesh, net, filtering=exact).pos.numpy()
+    expected = denoise(mesh.mesh, net, filtering=EXACT).pos.numpy()
     changes = {
         "scaled by 0.001": (0.001 * np.eye(3), 0.0),
         "scaled by 1000": (1000 * np.eye(3), 0.0),
@@ -84,7 +95,7 @@ def invariance(net, data, name="block_n3"):
     rows = []
     for change, (matrix, shift) in changes.items():
         moved = trimesh.Trimesh(mesh.pos.numpy() @ matrix.T + shift, mesh.face.t().numpy(), process=False)
-        back = (denoise(moved, net, filtering=exact).pos.numpy() - shift) @ np.linalg.inv(matrix).T
+        back = (denoise(moved, net, filtering=EXACT).pos.numpy() - shift) @ np.linalg.inv(matrix).T
         apart = np.linalg.norm(back - expected, axis=1) / unit
         rows.append([change, *(f"{value:.0e}" for value in (apart.max(), np.quantile(apart, 0.999), np.median(apart)))])
     table(["input", "largest", "99.9% of the vertices", "median"], rows)
@@ -95,7 +106,7 @@ def folds(net, data):
     rows = []
     for name in ("block_n3", "cube_n3", "kitten_n3"):
         mesh = read_mesh(data / "test" / "noisy" / f"{name}.obj")
-        normal = denoise(mesh.mesh, net).normal.double()
+        normal = denoise(mesh.mesh, net, filtering=EXACT).normal.double()
         results = (update_vertices(mesh.pos, mesh.face, normal, 100, guard=guard) for guard in (False, True))
         rows.append([name, *(str(int(flipped_faces(pos, mesh.face, normal).sum())) for pos in results)])
     table(["faces folded over", "without the guard", "with it"], rows)
@@ -108,11 +119,26 @@ def kinds(net, data):
         results = []
         for name in HELD_BACK[:3]:
             pos, face, clean = noisy(data, name, kind, level)
-            found = [pos, denoise((pos, face.t()), net).pos, *(method(name, pos, face).pos for method in filters)]
+            ours = denoise((pos, face.t()), net, filtering=EXACT).pos
+            found = [pos, ours, *(method(name, pos, face).pos for method in filters)]
             results.append([theta(pos, face, clean) for pos in found])
         first, *others = torch.tensor(results).mean(dim=0).tolist()
         rows.append([title, number(first), *bold_lowest(others)])
     table(["noise", "noisy", "best", *(method.name for method in filters)], rows)
+
+
+def shares(net, data):
+    """Theta by the share of the angle of the noise up to which filtered normals are smoothed."""
+    rows = []
+    for level in (0.05, 0.1, 0.3, 0.5):
+        results = []
+        for name in HELD_BACK[:3]:
+            pos, face, clean = noisy(data, name, level=level)
+            options = [replace(EXACT, smoothing=share) for share in SHARES]
+            found = [denoise((pos, face.t()), net, filtering=filtering).pos for filtering in options]
+            results.append([theta(end, face, clean) for end in found])
+        rows.append([f"{level}", *map(number, torch.tensor(results).mean(dim=0).tolist())])
+    table(["noise", *map(str, SHARES)], rows)
 
 
 def iterations(net, data):
@@ -121,7 +147,7 @@ def iterations(net, data):
         values = []
         for level in LEVELS:
             pos, face, clean = noisy(data, name, level=level)
-            result = denoise((pos, face.t()), net)
+            result = denoised(net, data, name, level)
             ends = [update_vertices(pos, face, result.normal.double(), count) for count in ITERATIONS]
             values.append([theta(end, face, clean) for end in (*ends, result.pos)])
         for column, mean in zip(results.values(), torch.tensor(values).mean(dim=0).tolist(), strict=True):
@@ -151,9 +177,9 @@ def passes(net, data):
     for level in LEVELS:
         cells = []
         for name in HELD_BACK:
-            pos, face, clean = noisy(data, name, level=level)
-            found = [theta(denoise((pos, face.t()), net, num_passes=n).pos, face, clean) for n in (1, 2)]
-            cells.append(", ".join(f"{value:.2f}" for value in found))
+            _, face, clean = noisy(data, name, level=level)
+            found = [denoised(net, data, name, level, n).pos for n in (1, 2)]
+            cells.append(", ".join(f"{theta(end, face, clean):.2f}" for end in found))
         rows.append([f"{level}", *cells])
     table(["noise", *HELD_BACK], rows)
 
@@ -163,7 +189,7 @@ def with_mean(results):
     return [[title, *map(number, (*values, sum(values) / len(values)))] for title, values in results.items()]
 
 
-PARTS = {part.__name__: part for part in (invariance, folds, kinds, iterations, trade, passes)}
+PARTS = {part.__name__: part for part in (invariance, folds, kinds, shares, iterations, trade, passes)}
 
 
 def main():
