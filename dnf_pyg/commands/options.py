@@ -8,8 +8,7 @@ from dataclasses import KW_ONLY, dataclass, field
 from pathlib import Path
 from typing import Literal
 
-from dnf_pyg.commands.view_options import Direction
-from dnf_pyg.options import DEFAULT_WEIGHTS, FAST, FilterOptions, UpdateOptions, check_range, expert
+from dnf_pyg.options import DEFAULT_WEIGHTS, FAST, Direction, FilterOptions, UpdateOptions, check_range, expert
 
 __all__ = [
     "CompareOptions",
