@@ -1,10 +1,11 @@
 """Clean meshes of any folder, to which noise is added each time a patch is served."""
 
 from collections.abc import Sequence
+from functools import partial
 
 from dnf_pyg.datamodules.options import LoaderOptions
 from dnf_pyg.datamodules.patches import OnBroken, PatchDataModule
-from dnf_pyg.datasets import FreshPatchDataset, MeshDataset, PatchDataset
+from dnf_pyg.datasets import FreshPatchDataset, PatchDataset
 from dnf_pyg.datasets.pairing import MeshPair, list_meshes, split_pairs
 from dnf_pyg.mesh.noise import GaussianNormalNoise, Noise
 from dnf_pyg.patches import PatchOptions
@@ -45,19 +46,11 @@ class CleanMeshesDataModule(PatchDataModule):
         super().__init__(cache or root, patches, loader, val_share, broken)
         self.root = root
         self.names = names
-        self.noise = noise or GaussianNormalNoise()
-        self.noise_level = noise_level
-        self.kind = FreshPatchDataset if fresh else PatchDataset
+        self.make_dataset = partial(
+            FreshPatchDataset if fresh else PatchDataset, noise=noise or GaussianNormalNoise(), noise_level=noise_level
+        )
 
     def pairs(self, split: str) -> list[MeshPair]:
         """List the clean files of ``train``, or of the meshes that are held back."""
         clean = list_meshes(self.root, self.names)
         return split_pairs(self.sound([(None, path) for path in clean]), split, self.val_share)
-
-    def dataset(self, split: str) -> MeshDataset:
-        """Prepare the patches of ``train``, or of the meshes that are held back."""
-        noise_seed = None if split == "train" else self.patches.seed
-        return self.kind(
-            self.cache, self.pairs(split), self.patches, self.transform(split),
-            noise=self.noise, noise_level=self.noise_level, noise_seed=noise_seed,
-        )  # fmt: skip

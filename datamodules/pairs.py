@@ -1,9 +1,11 @@
 """Noisy and clean meshes of any folders, paired by name."""
 
+from functools import partial
+
 from dnf_pyg.datamodules.options import LoaderOptions
 from dnf_pyg.datamodules.patches import OnBroken, PatchDataModule
 from dnf_pyg.datamodules.refinement import Refinement
-from dnf_pyg.datasets import FreshPatchDataset, MeshDataset, PatchDataset
+from dnf_pyg.datasets import FreshPatchDataset, PatchDataset
 from dnf_pyg.datasets.pairing import MeshPair, find_pairs, split_pairs
 from dnf_pyg.patches import PatchOptions
 
@@ -46,17 +48,8 @@ class PairsDataModule(PatchDataModule):
         self.noisy = noisy
         self.clean = clean
         self.pattern = pattern
-        self.refinement = refinement
-        self.kind = FreshPatchDataset if fresh else PatchDataset
+        self.make_dataset = partial(FreshPatchDataset if fresh else PatchDataset, refine=refinement)
 
     def pairs(self, split: str) -> list[MeshPair]:
         """List the noisy and clean files of ``train``, or of the meshes that are held back."""
         return split_pairs(self.sound(find_pairs(self.noisy, self.clean, self.pattern)), split, self.val_share)
-
-    def dataset(self, split: str) -> MeshDataset:
-        """Prepare the patches of ``train``, or of the meshes that are held back."""
-        noise_seed = None if split == "train" else self.patches.seed
-        return self.kind(
-            self.cache, self.pairs(split), self.patches, self.transform(split),
-            noise_seed=noise_seed, refine=self.refinement,
-        )  # fmt: skip

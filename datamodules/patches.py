@@ -48,6 +48,7 @@ class PatchDataModule(LightningDataModule, ABC):
         self.loader = loader
         self.val_share = val_share
         self.broken = broken
+        self.make_dataset: Callable[..., MeshDataset] = PatchDataset
         self._sound: dict[tuple[MeshPair, ...], list[MeshPair]] = {}
 
     @abstractmethod
@@ -58,8 +59,9 @@ class PatchDataModule(LightningDataModule, ABC):
         """Make the meshes that do not exist yet."""
 
     def dataset(self, split: str) -> MeshDataset:
-        """Prepare the patches of ``train``, ``val`` or ``test``."""
-        return PatchDataset(self.cache, self.pairs(split), self.patches, self.transform(split))
+        """Prepare the patches of ``train``, ``val`` or ``test``; those of ``val`` and ``test`` never change."""
+        seed = None if split == "train" else self.patches.seed
+        return self.make_dataset(self.cache, self.pairs(split), self.patches, self.transform(split), noise_seed=seed)
 
     def transform(self, split: str) -> Callable[[Data], Data] | None:
         """Give the augmentation of ``train``; there is none for the other splits."""

@@ -1,4 +1,4 @@
-"""Options of :func:`dnf_pyg.denoise`: how facet normals are filtered and how vertices are moved to fit them.
+"""Options of :func:`dnf_pyg.denoise` and of what shows its results.
 
 Python, the command line and YAML files share these names. The module does not import torch, so that the command line
 knows its options before anything heavy is loaded.
@@ -9,12 +9,15 @@ from typing import Literal, TypeVar
 
 from dnf_pyg.errors import OptionError
 
-__all__ = ["DEFAULT_WEIGHTS", "FAST", "FilterOptions", "UpdateOptions", "check_range", "expert"]
+__all__ = ["DEFAULT_WEIGHTS", "FAST", "Direction", "FilterOptions", "UpdateOptions", "check_range", "expert"]
 
 T = TypeVar("T")
 
 DEFAULT_WEIGHTS = "best"
 """Name of the packaged weights that are used if none are given."""
+
+Direction = Literal["auto", "x", "-x", "y", "-y", "z", "-z"]
+"""The axis from whose end pictures and pages show a mesh; auto chooses a direction that suits it."""
 
 
 def expert(default: T) -> T:
@@ -165,4 +168,4 @@ class UpdateOptions:
 
 
 FAST = FilterOptions(coverage=1, k=(10, 16, 24))
-"""Options that cost at most 0.13 degrees and halve the time: ``denoise(mesh, filtering=FAST)``."""
+"""Options that halve the time and cost 0.03 degrees on average: ``denoise(mesh, filtering=FAST)``."""

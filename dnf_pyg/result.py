@@ -11,6 +11,7 @@ from torch import Tensor
 from dnf_pyg.io.inputs import save_mesh
 from dnf_pyg.mesh.geometry import mean_edge_length
 from dnf_pyg.mesh.noise_level import NoiseEstimate
+from dnf_pyg.options import Direction
 
 __all__ = ["DenoiseResult"]
 
@@ -74,7 +75,7 @@ class DenoiseResult:
         """
         save_mesh(self.mesh, self.pos, self.face, path)
 
-    def report(self, path: str | Path, title: str = "Denoised mesh", view: str = "auto") -> None:
+    def report(self, path: str | Path, title: str = "Denoised mesh", view: Direction = "auto") -> None:
         """Write a page with the mesh before and after in 3D, and figures. It opens in any browser.
 
         Args:

@@ -1,11 +1,21 @@
-"""Meshes that the tests share: made in code, or the benchmark where a checkout has it beside it."""
+"""What the tests share: meshes made in code, the benchmark where a checkout has it beside it, and a browser."""
 
+import base64
+import io
+import json
+import os
+import select
+import shutil
+import subprocess
+import time
 from pathlib import Path
 
+import numpy as np
 import pytest
 import torch
 import trimesh
 from hypothesis import HealthCheck, settings
+from PIL import Image
 
 torch.set_num_threads(1)  # tiny inputs: threads cost more than they bring
 settings.register_profile("untimed", deadline=None, suppress_health_check=[HealthCheck.too_slow])
@@ -88,3 +98,119 @@ def cnr_folder(tmp_path_factory):
                     noisy.vertices += 0.02 * torch.randn(clean.vertices.shape, generator=generator).numpy()
                     noisy.export(root / subset / split / "noisy" / f"{name}_{ending}.obj")
     return root
+
+
+PATIENCE = 300  # seconds, until an answer is given up: much more than a busy machine takes
+
+
+class Browser:
+    """A page of headless Chromium; commands of the DevTools protocol go through file descriptors 3 and 4."""
+
+    def __init__(self, chromium, profile):
+        self.to_browser, self.from_browser = os.pipe(), os.pipe()
+        flags = ["--headless=new", "--no-sandbox", "--remote-debugging-pipe", f"--user-data-dir={profile}"]
+        flags += ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--hide-scrollbars"]
+        flags += ["--disable-extensions", "--no-first-run", "--disable-background-networking", "about:blank"]
+        ends = f"3<&{self.to_browser[0]} 4>&{self.from_browser[1]}"
+        self.process = subprocess.Popen(
+            ["/bin/bash", "-c", f'exec "$0" "$@" {ends}', chromium, *flags],
+            pass_fds=(self.to_browser[0], self.from_browser[1]),
+            stderr=subprocess.DEVNULL,
+        )
+        self.number, self.rest, self.events, self.session = 0, b"", [], None
+        target = self.send("Target.createTarget", url="about:blank")["targetId"]  # the browser's own may come later
+        self.session = self.send("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
+        for domain in ("Page", "Runtime", "Log", "Network"):
+            self.send(f"{domain}.enable")
+        self.resize()
+
+    def send(self, method, **params):
+        self.number += 1
+        message = {"id": self.number, "method": method, "params": params}
+        if self.session:
+            message["sessionId"] = self.session
+        os.write(self.to_browser[1], json.dumps(message).encode() + b"\0")
+        while True:
+            answer = self.receive()
+            if answer.get("id") == self.number:
+                assert "error" not in answer, answer
+                return answer["result"]
+            self.events.append(answer)
+
+    def receive(self, seconds=PATIENCE):
+        while b"\0" not in self.rest:
+            ready, _, _ = select.select([self.from_browser[0]], [], [], seconds)
+            assert ready, "Chromium does not answer"
+            self.rest += os.read(self.from_browser[0], 1 << 20)
+        line, self.rest = self.rest.split(b"\0", 1)
+        return json.loads(line)
+
+    def evaluate(self, expression):
+        return self.send("Runtime.evaluate", expression=expression, returnByValue=True, awaitPromise=True)["result"]
+
+    def open(self, url):
+        self.send("Page.navigate", url=url)
+        self.wait(lambda: self.holds("document.readyState === 'complete' && location.href !== 'about:blank'"))
+        self.settle()
+
+    def holds(self, expression):
+        return self.evaluate(expression).get("value") is True
+
+    def wait(self, condition):
+        deadline = time.monotonic() + PATIENCE
+        while not condition():
+            assert time.monotonic() < deadline
+            time.sleep(0.05)
+
+    def resize(self, width=1100, height=900):
+        self.send("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False)
+
+    def settle(self):
+        self.evaluate("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
+
+    def picture(self):
+        shot = self.send("Page.captureScreenshot", format="png")["data"]
+        return np.asarray(Image.open(io.BytesIO(base64.b64decode(shot))).convert("RGB")).astype(int)
+
+    def view(self):
+        """The two halves of the 3D view, each without a rim."""
+        box = "(({x, y, width, height}) => [x, y, width, height])"
+        script = box + "(document.getElementById('canvas').getBoundingClientRect())"
+        x, y, width, height = (round(value) for value in self.evaluate(script)["value"])
+        shown = self.picture()[y : y + height, x : x + width]
+        return shown[40:-8, 8 : width // 2 - 8], shown[40:-8, width // 2 + 8 : -8]
+
+    def drag(self, x, y):
+        mouse = {"button": "left", "buttons": 1, "clickCount": 1}
+        self.send("Input.dispatchMouseEvent", type="mousePressed", x=250, y=400, **mouse)
+        for step in (0.5, 1.0):
+            self.send("Input.dispatchMouseEvent", type="mouseMoved", x=250 + step * x, y=400 + step * y, **mouse)
+        self.send("Input.dispatchMouseEvent", type="mouseReleased", x=250 + x, y=400 + y, **mouse)
+        self.settle()
+
+    def click(self, selector):
+        self.evaluate(f"document.querySelector('{selector}').click()")
+        self.settle()
+
+    def faults(self, own=("file:", "data:")):
+        """Errors in the console, and what was fetched from outside the page."""
+        told = [e["params"] for e in self.events if e.get("method") in ("Log.entryAdded", "Runtime.exceptionThrown")]
+        asked = [e["params"]["request"]["url"] for e in self.events if e.get("method") == "Network.requestWillBeSent"]
+        return told + [url for url in asked if not url.startswith(own)]
+
+    def close(self):
+        self.process.kill()
+        self.process.wait()
+        for end in (*self.to_browser, *self.from_browser):
+            os.close(end)
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory):
+    """Headless Chromium; tests that use it skip where there is none."""
+    chromium = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+    if chromium is None:
+        pytest.skip("no Chromium here (Debian: apt-get install chromium)")
+    opened = Browser(chromium, tmp_path_factory.mktemp("profile"))
+    yield opened
+    opened.close()

@@ -35,9 +35,9 @@ ALLOWED = {
         "steps",
         "weights",
     },
-    "result": {"errors", "io", "mesh", "view"},
+    "result": {"errors", "io", "mesh", "options", "view"},
     "accessor": {"pipeline"},
-    "view": {"errors", "io", "mesh"},
+    "view": {"errors", "io", "mesh", "options"},
     "evaluate": {"datasets", "errors", "io", "mesh", "options", "pipeline", "view", "weights"},
     "train": {"errors", "evaluate", "io", "mesh", "nn", "options", "pipeline", "view", "weights"},
     "datamodules": {

@@ -1,11 +1,11 @@
 """The wheel carries every package of the tree, one version is told everywhere, and every bound has its reason."""
 
 import os
+import re
 import shutil
 import subprocess
 import sys
 import tomllib
-import zipfile
 from pathlib import Path
 
 import trimesh
@@ -34,21 +34,33 @@ def test_every_bound_has_its_reason():
     assert [line for line in block.splitlines() if '",  # ' not in line] == []
 
 
-def test_wheel_denoises_and_shows_outside_of_the_checkout(tmp_path):
-    source = tmp_path / "source"
-    for name in ("dnf_pyg", "datamodules", "configs"):
-        shutil.copytree(ROOT / name, source / name, ignore=shutil.ignore_patterns("__pycache__"))
-    for name in ("pyproject.toml", "README.md", "LICENSE"):
-        shutil.copy(ROOT / name, source)
-    build = "from setuptools.build_meta import build_wheel; print(build_wheel('..'))"
+def built(kind, source, target):
+    """Build ``sdist`` or ``wheel`` from a folder, and unpack it into another."""
+    target.mkdir()
+    build = f"from setuptools.build_meta import build_{kind}; build_{kind}({str(target)!r})"
     subprocess.run([sys.executable, "-c", build], cwd=source, check=True, capture_output=True)
-    (wheel,) = tmp_path.glob("dnf_pyg-*.whl")
-    with zipfile.ZipFile(wheel) as content:
-        content.extractall(tmp_path / "installed")
-        metadata = next(name for name in content.namelist() if name.endswith("METADATA"))
-        assert "Project-URL: Paper, https://arxiv.org" in content.read(metadata).decode()
+    (archive,) = target.iterdir()
+    shutil.unpack_archive(archive, target, "gztar" if kind == "sdist" else "zip")
+    return target
+
+
+def test_wheel_of_the_sdist_denoises_and_shows_outside_of_the_checkout(tmp_path):
+    source = tmp_path / "source"
+    for name in ("dnf_pyg", "datamodules", "configs", "tests"):
+        shutil.copytree(ROOT / name, source / name, ignore=shutil.ignore_patterns("__pycache__"))
+    for name in ("pyproject.toml", "setup.py", "MANIFEST.in", "README.md", "LICENSE"):
+        shutil.copy(ROOT / name, source)
+    (unpacked,) = (path for path in built("sdist", source, tmp_path / "sdist").iterdir() if path.is_dir())
+    assert not (unpacked / "tests").exists()
+    installed = built("wheel", unpacked, tmp_path / "installed")
+    metadata = next(installed.glob("*.dist-info/METADATA")).read_text(encoding="utf-8")
+    assert "Project-URL: Paper, https://arxiv.org" in metadata
+    assert "**dnf_pyg**" in metadata
+    links = re.findall(r"\]\(([^)]*)\)", metadata)
+    assert links
+    assert all(link.startswith("https://") for link in links)
     trimesh.creation.icosphere(subdivisions=3).export(tmp_path / "ball.ply")
-    environment = {**os.environ, "PYTHONPATH": str(tmp_path / "installed"), "OMP_NUM_THREADS": "1"}
+    environment = {**os.environ, "PYTHONPATH": str(installed), "OMP_NUM_THREADS": "1"}
     code = "import dnf_pyg, dnf_pyg.datamodules, dnf_pyg.configs; print(dnf_pyg.__file__)"
     for words in (
         ["-c", code],
@@ -58,7 +70,7 @@ def test_wheel_denoises_and_shows_outside_of_the_checkout(tmp_path):
         done = subprocess.run([sys.executable, *words], capture_output=True, text=True, cwd=tmp_path, env=environment)
         assert done.returncode == 0, done.stderr
         if words[0] == "-c":
-            assert Path(done.stdout.strip()).is_relative_to(tmp_path / "installed")
+            assert Path(done.stdout.strip()).is_relative_to(installed)
     assert (tmp_path / "ball_denoised.ply").is_file()
     assert (tmp_path / "page.html").is_file()
     assert (tmp_path / "demo.yaml").is_file()

@@ -6,7 +6,7 @@ import torch
 import trimesh
 
 from dnf_pyg import FilterOptions, UpdateOptions, denoise
-from dnf_pyg.evaluate.metrics import mean_angular_difference
+from dnf_pyg.evaluate.measures import mean_angular_difference
 from dnf_pyg.filtering import filter_normals
 from dnf_pyg.mesh import Topology, face_areas, face_normals, filled_face_normals
 from dnf_pyg.mesh.coarse import coarsen

@@ -8,8 +8,7 @@ from dataclasses import KW_ONLY, dataclass, field
 from pathlib import Path
 from typing import Literal
 
-from dnf_pyg.commands.view_options import Direction
-from dnf_pyg.options import DEFAULT_WEIGHTS, FAST, FilterOptions, UpdateOptions, check_range, expert
+from dnf_pyg.options import DEFAULT_WEIGHTS, FAST, Direction, FilterOptions, UpdateOptions, check_range, expert
 
 __all__ = [
     "CompareOptions",
@@ -39,7 +38,7 @@ class DenoiseOptions:
         overwrite: Replace outputs that exist. Otherwise they are an error; of several inputs, those are skipped.
         weights: Checkpoint of `dnf-pyg fit`, folder, or name of packaged weights (see `dnf-pyg weights`).
         data_set: Data set of a joint training whose statistics are used, if the checkpoint holds those of several.
-        fast: About half of the time for at most 0.2 degrees (coverage 1, k 10 16 24).
+        fast: Half of the time for 0.03 degrees on average (coverage 1, k 10 16 24).
         num_passes: Number of times the network filters the normals, each time those of its own result. Two passes
             suit strong noise on smooth surfaces.
         mask: Vertices that may move: a .txt or .npy file with a number per vertex or triangle, 0 for those that stay;
@@ -94,7 +93,7 @@ class PredictOptions:
         overwrite: Replace outputs that exist; otherwise these inputs are skipped.
         weights: Checkpoint of `dnf-pyg fit`, folder, or name of packaged weights (see `dnf-pyg weights`).
         data_set: Data set of a joint training whose statistics are used, if the checkpoint holds those of several.
-        fast: About half of the time for at most 0.2 degrees (coverage 1, k 10 16 24).
+        fast: Half of the time for 0.03 degrees on average (coverage 1, k 10 16 24).
         num_passes: Number of times the network filters the normals, each time those of its own result.
         json: Print one JSON object per mesh.
     """

@@ -129,7 +129,7 @@ def _page(cascade: Cascade, device: str, folder: Path) -> Any:
                 upload.async_move_resource_to_block_cache = kept
                 strength = gr.Slider(0, 1, 1, step=0.05, label="Strength", info="Share of the full movement")
                 passes = gr.Slider(1, 4, 1, step=1, label="Passes", info="Two suit strong noise on smooth surfaces")
-                fast = gr.Checkbox(label="Fast", info="Half of the time for at most 0.2 degrees")
+                fast = gr.Checkbox(label="Fast", info="Half of the time for 0.03 degrees on average")
                 boundary = gr.Checkbox(label="Keep open boundaries in place")
                 button = gr.Button("Denoise", variant="primary")
                 output = gr.File(label="Denoised mesh", interactive=False, height=90)

@@ -65,10 +65,10 @@ def _settings(options: DenoiseOptions) -> dict[str, str]:
     """All options that decide the result, for the page."""
     values = {
         "weights": options.weights,
-        "data_set": options.data_set,
+        "data_set": options.data_set or "none",
         "num_passes": options.num_passes,
-        "mask": options.mask,
+        "mask": options.mask or "none",
     }
     values |= dataclasses.asdict(options.update) | dataclasses.asdict(options.filtering)
-    named = {"None": "none", "inf": "none", "True": "yes", "False": "no"}
+    named = {"None": "auto", "inf": "none", "True": "yes", "False": "no"}
     return {name.replace("_", " "): named.get(str(value), str(value)) for name, value in values.items()}

@@ -2,14 +2,10 @@
 
 from dataclasses import KW_ONLY, dataclass
 from pathlib import Path
-from typing import Literal
 
-from dnf_pyg.options import DEFAULT_WEIGHTS, check_range
+from dnf_pyg.options import DEFAULT_WEIGHTS, Direction, check_range
 
-__all__ = ["Direction", "ServeOptions", "ViewOptions"]
-
-Direction = Literal["auto", "x", "-x", "y", "-y", "z", "-z"]
-"""Where meshes are seen from, as :meth:`dnf_pyg.view.Camera.choose` takes it."""
+__all__ = ["ServeOptions", "ViewOptions"]
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Error of a denoised mesh against the clean one, as functions; :mod:`dnf_pyg.evaluate.metrics` accumulates them."""
+"""Error of one denoised mesh against the clean one; :mod:`dnf_pyg.evaluate.metrics` accumulates it over meshes."""
 
 from torch import Tensor
 

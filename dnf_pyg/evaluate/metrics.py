@@ -4,17 +4,9 @@ import torch
 from torch import Tensor
 from torchmetrics import Metric
 
-from dnf_pyg.evaluate.measures import mean_angular_difference, normal_angles, vertex_errors
-from dnf_pyg.mesh.geometry import angular_difference
+from dnf_pyg.evaluate.measures import normal_angles, vertex_errors
 
-__all__ = [
-    "MeanAngularDifference",
-    "VertexError",
-    "angular_difference",
-    "mean_angular_difference",
-    "normal_angles",
-    "vertex_errors",
-]
+__all__ = ["MeanAngularDifference", "VertexError"]
 
 
 class _Mean(Metric):
@@ -42,7 +34,8 @@ class _Mean(Metric):
 class MeanAngularDifference(_Mean):
     r"""Mean angular difference :math:`\theta` in degrees between filtered and clean facet normals.
 
-    Faces without a normal in the clean mesh (zero area) are left out. :func:`mean_angular_difference` is for one mesh.
+    Faces without a normal in the clean mesh (zero area) are left out. For one mesh, there is the function
+    :func:`~dnf_pyg.evaluate.measures.mean_angular_difference`.
 
     Source: Li et al. 2020, Sec. 4.
 

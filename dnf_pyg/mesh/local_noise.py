@@ -147,10 +147,13 @@ class LocalNoise:
 
     def tilt(self) -> Tensor:
         """Angles by which the noise turns the facet normals, (F,) float64, degrees; root mean squares."""
-        corner = self._pos[self._face]
-        opposite = (corner.roll(-1, dims=0) - corner.roll(-2, dims=0)).norm(dim=-1)
-        height = 2 * face_areas(self._pos, self._face) / opposite.clamp(min=1e-300)
-        tangent = (self.sigma[self._face] / height.clamp(min=1e-300)).square().sum(dim=0).sqrt()
+        area = face_areas(self._pos, self._face)
+        square = torch.zeros_like(area)
+        for corner, left, right in zip(self._face, self._face.roll(-1, 0), self._face.roll(-2, 0), strict=True):
+            opposite = (self._pos[left] - self._pos[right]).norm(dim=-1)
+            height = 2 * area / opposite.clamp(min=1e-300)
+            square += (self.sigma[corner] / height.clamp(min=1e-300)).square()
+        tangent = square.sqrt()
         return torch.rad2deg(torch.atan(tangent + tangent**3)).clamp(min=1e-12)
 
     def _around(self, values: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -13,7 +13,7 @@ from matplotlib.image import imread
 from torch import Tensor
 
 from dnf_pyg.errors import DataError
-from dnf_pyg.evaluate.metrics import mean_angular_difference
+from dnf_pyg.evaluate.measures import mean_angular_difference
 from dnf_pyg.io import read_mesh
 from dnf_pyg.io.atomic import write_bytes
 from dnf_pyg.mesh.geometry import face_normals

@@ -1,25 +1,19 @@
 """Where a mesh is seen from."""
 
 from dataclasses import dataclass
+from typing import get_args
 
 import torch
 from torch import Tensor
 from torch.nn.functional import normalize
 
 from dnf_pyg.mesh.geometry import face_areas, face_centroids, face_normals
+from dnf_pyg.options import Direction
 
 __all__ = ["Camera"]
 
 _ONE_SIDED = 1 / 3  # length of the mean normal above which a mesh shows one side, as a depth scan does; closed: 0
 _CORNER = (0.6, 0.5, 1.0)  # direction of view between the axes right, up and front of a closed mesh
-_DIRECTIONS = {
-    "x": (1.0, 0.0, 0.0),
-    "-x": (-1.0, 0.0, 0.0),
-    "y": (0.0, 1.0, 0.0),
-    "-y": (0.0, -1.0, 0.0),
-    "z": (0.0, 0.0, 1.0),
-    "-z": (0.0, 0.0, -1.0),
-}
 _AXIS_PREFERENCE = (0.06, 0.03, 0.0)  # added to relative variances, so that spheres and cubes keep the coordinate axes
 
 
@@ -53,7 +47,7 @@ class Camera:
         return cls._framing(pos, toward, up)
 
     @classmethod
-    def choose(cls, *meshes: tuple[Tensor, Tensor], view: str = "auto") -> "Camera":
+    def choose(cls, *meshes: tuple[Tensor, Tensor], view: Direction = "auto") -> "Camera":
         """Frame all meshes from a direction that suits them, or along an axis.
 
         Meshes that show one side, such as depth scans, are seen along their area-weighted mean normal with the y axis
@@ -72,11 +66,12 @@ class Camera:
             [0.0, 0.0, -1.0]
         """
         pos = torch.cat([pos for pos, _ in meshes]).double()
+        if view not in get_args(Direction):
+            known = ", ".join(get_args(Direction))
+            raise ValueError(f"Expected 'view' to be one of {known} (got {view!r}). Choose one of these.")
         if view != "auto":
-            if view not in _DIRECTIONS:
-                known = ", ".join(("auto", *_DIRECTIONS))
-                raise ValueError(f"Expected 'view' to be one of {known} (got {view!r}). Choose one of these.")
-            return cls.looking_at(pos, _DIRECTIONS[view])
+            x, y, z = (float(axis == view[-1]) * (-1 if view[0] == "-" else 1) for axis in "xyz")
+            return cls.looking_at(pos, (x, y, z))
         first = torch.tensor([0, *(len(pos) for pos, _ in meshes)]).cumsum(0)
         face = torch.cat([face + start for (_, face), start in zip(meshes, first[:-1], strict=True)], dim=1)
         share = face_areas(pos, face)

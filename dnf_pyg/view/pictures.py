@@ -111,11 +111,12 @@ def draw_meshes(
     rows, columns = (1 if reference is None else 2), len(meshes) + (moved is not None and not spare)
     inch = size / 100
     width, font = inch * columns + (1.0 if reference else 0), min(8 + size / 80, 15)
-    height = (inch + 0.4) * rows
+    foot = 0.0 if moved is None else 0.06 * inch + 0.04 * font  # of the movement's scale
+    height = (inch + 0.4) * rows + foot
     figure = Figure(figsize=(width, height), dpi=100)
     axes = figure.subplots(rows, columns, squeeze=False)
     right = 1 - 0.95 / width if reference else 0.995
-    figure.subplots_adjust(0.005, 0.005, right, 1 - 0.4 / height, 0.01, 0.4 / inch)
+    figure.subplots_adjust(0.005, 0.005 + foot / height, right, 1 - 0.4 / height, 0.01, 0.4 / inch)
     for axis in axes.flat:
         axis.set_axis_off()
     scale = None
@@ -130,11 +131,12 @@ def draw_meshes(
             scale = draw_faces(axis, pos, face, error, colors="YlOrRd", limits=limits, camera=camera, size=size)
             axis.set_title(f"mean error {error.mean():.2f}°", fontsize=font)
     if scale is not None:
-        bar = figure.colorbar(scale, cax=figure.add_axes((1 - 0.85 / width, 0.05, 0.2 / width, 0.36)), extend="max")
+        place = (1 - 0.85 / width, (foot + 0.1 * inch) / height, 0.2 / width, 0.8 * inch / height)
+        bar = figure.colorbar(scale, cax=figure.add_axes(place), extend="max")
         bar.set_label("error of the facet normal (degrees)", fontsize=0.8 * font)
     if moved is not None:
         (before, face), (after, _) = (meshes[title] for title in moved)
-        _draw_movement(axes[1, spare[0]] if spare else axes[0, -1], before, after, face, camera, size, font)
+        _draw_movement(axes[-1, spare[0] if spare else -1], before, after, face, camera, size, font)
     save_figure(figure, path)
 
 
@@ -145,8 +147,9 @@ def _draw_movement(
     end = scale_end(value)
     scale = draw_faces(axis, after, face, value, colors="RdBu_r", limits=(-end, end), camera=camera, size=size)
     axis.set_title("moved out (red), in (blue)", fontsize=font)
-    bar = axis.figure.colorbar(scale, cax=axis.inset_axes((0.25, 0.06, 0.5, 0.025)), orientation="horizontal")
-    bar.set_ticks([-end, 0, end], labels=[f"{-end:g}", "0", f"{end:g} mean edge lengths"], fontsize=0.7 * font)
+    bar = axis.figure.colorbar(scale, cax=axis.inset_axes((0.25, -0.05, 0.5, 0.025)), orientation="horizontal")
+    bar.set_ticks([-end, 0, end], labels=[f"{-end:g}", "0", f"{end:g}"], fontsize=0.7 * font)
+    bar.set_label("mean edge lengths", fontsize=0.7 * font)
 
 
 def save_figure(figure: Figure, path: str | Path | BinaryIO) -> None:

@@ -1,17 +1,13 @@
 """Draw the picture of the README: `python docs/pictures/readme.py` writes docs/images/readme.png."""
 
-import io
-from pathlib import Path
-
 import trimesh
+from few_colors import save
 from matplotlib.figure import Figure
-from PIL import Image
 
 import dnf_pyg
 from dnf_pyg.commands.demo import noisy_part, noisy_scan
 from dnf_pyg.view import Camera, draw_faces, normal_error
 
-TARGET = Path(__file__).parents[1] / "images" / "readme.png"
 NUM_FACES = 12000  # as `dnf-pyg demo` makes; training has not seen these meshes
 
 
@@ -31,6 +27,4 @@ def picture() -> Figure:
 
 
 if __name__ == "__main__":
-    drawn = io.BytesIO()
-    picture().savefig(drawn)
-    Image.open(drawn).convert("RGB").quantize(128).save(TARGET, optimize=True)
+    save(picture(), "readme")

@@ -1,14 +1,13 @@
 """Draw real scans: `python docs/pictures/scans.py DATA/real` writes docs/images/scan_*.png and scan_correlation.png."""
 
-import io
 import sys
 import warnings
 from pathlib import Path
 
 import numpy as np
 import torch
+from few_colors import save
 from matplotlib.figure import Figure
-from PIL import Image
 from torch import Tensor
 
 import dnf_pyg
@@ -17,7 +16,6 @@ from dnf_pyg.mesh.geometry import vertex_normals
 from dnf_pyg.mesh.noise import CorrelatedNoise, GaussianNormalNoise
 from dnf_pyg.view import Camera, draw_faces, normal_error
 
-IMAGES = Path(__file__).parents[1] / "images"
 RINGS = 8
 
 
@@ -68,13 +66,6 @@ def correlations(folder: Path) -> Figure:
     axis.set(xlabel="distance, edges", ylabel="correlation of the errors")
     axis.legend()
     return figure
-
-
-def save(figure: Figure, name: str) -> None:
-    """Write a picture of few colours."""
-    drawn = io.BytesIO()
-    figure.savefig(drawn)
-    Image.open(drawn).convert("RGB").quantize(128).save(IMAGES / f"{name}.png", optimize=True)
 
 
 if __name__ == "__main__":

@@ -23,7 +23,7 @@ from dnf_pyg.errors import DenoiseWarning
 from dnf_pyg.evaluate.baselines import BASELINES
 from dnf_pyg.evaluate.benchmark import ClassicalMethod
 from dnf_pyg.evaluate.benchmark.tables import bold_lowest, markdown_table, number
-from dnf_pyg.evaluate.metrics import mean_angular_difference
+from dnf_pyg.evaluate.measures import mean_angular_difference
 from dnf_pyg.io import read_mesh
 from dnf_pyg.mesh.flips import flipped_faces
 from dnf_pyg.mesh.geometry import face_normals, mean_edge_length

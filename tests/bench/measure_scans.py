@@ -15,7 +15,7 @@ import torch
 from dnf_pyg import FilterOptions, denoise
 from dnf_pyg.errors import DenoiseWarning
 from dnf_pyg.evaluate.baselines import BASELINES
-from dnf_pyg.evaluate.metrics import mean_angular_difference
+from dnf_pyg.evaluate.measures import mean_angular_difference
 from dnf_pyg.mesh.geometry import face_normals
 
 

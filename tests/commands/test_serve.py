@@ -1,4 +1,4 @@
-"""The page for denoising in the browser, used over HTTP as its own script does."""
+"""The page for denoising in the browser: used in Chromium, and over HTTP as its own script does."""
 
 import os
 import threading
@@ -76,6 +76,34 @@ def test_upload_is_denoised_shown_and_downloaded(app, client, noisy):
     assert torch.equal(result.face, expected.face)
     assert page.startswith("<iframe srcdoc=")
     assert "noisy.ply, denoised" in page
+
+
+@pytest.mark.parametrize("width", [390, 1400])
+def test_in_chromium_upload_options_view_and_download(app, browser, noisy, tmp_path, width):
+    browser.resize(width=width)
+    browser.open(app.local_url)
+    browser.wait(lambda: browser.holds("document.querySelector('input[type=file]') !== null"))
+    assert browser.holds("document.documentElement.scrollWidth <= innerWidth")
+    root = browser.send("DOM.getDocument")["root"]["nodeId"]
+    chosen = browser.send("DOM.querySelector", nodeId=root, selector="input[type=file]")["nodeId"]
+    browser.send("DOM.setFileInputFiles", nodeId=chosen, files=[str(noisy)])
+    browser.wait(lambda: browser.holds("document.querySelector('a[download=\"noisy.ply\"]') !== null"))
+    for label in ("Fast", "Keep open boundaries in place"):
+        browser.evaluate(f"[...document.querySelectorAll('label')].find(l => l.innerText.includes('{label}')).click()")
+    browser.evaluate("[...document.querySelectorAll('button')].find(b => b.innerText === 'Denoise').click()")
+    browser.wait(lambda: browser.holds("document.querySelector('iframe') !== null"))
+    shown = "document.querySelector('iframe').contentDocument"
+    browser.wait(lambda: browser.holds(f"{shown}.readyState === 'complete' && {shown}.title === 'noisy.ply, denoised'"))
+    assert browser.holds(f"{shown}.getElementById('failure').hidden")
+    browser.send("Page.setDownloadBehavior", behavior="allow", downloadPath=str(tmp_path / "saved"))
+    browser.click('a[download="noisy_denoised.ply"]')
+    saved = tmp_path / "saved" / "noisy_denoised.ply"
+    browser.wait(saved.is_file)
+    update = UpdateOptions(preserve_boundary=True)
+    expected = denoise(read_mesh(noisy), app.weights, filtering=FAST, update=update)
+    torch.testing.assert_close(read_mesh(saved).pos, expected.pos, atol=1e-6, rtol=0)
+    assert browser.faults(own=("file:", "data:", "blob:", app.local_url)) == []
+    browser.resize()
 
 
 @pytest.mark.parametrize(("name", "told"), [("a.ply", "it does not begin with 'ply'"), ("a.obj", "Expected a mesh")])

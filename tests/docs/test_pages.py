@@ -70,6 +70,7 @@ def run(command):
 def folder(tmp_path, monkeypatch, cnr_folder):
     """Where a page runs: with tiny meshes at the places that pages speak of."""
     monkeypatch.chdir(tmp_path)
+    monkeypatch.delitem(sys.modules, "dnf_pyg.accessor", raising=False)  # left to PyVista to import
     shutil.copytree(cnr_folder, tmp_path / "data" / "cnr")
     (tmp_path / "my" / "clean").mkdir(parents=True)
     for part in ("clean/meshes", "clean", "noisy"):

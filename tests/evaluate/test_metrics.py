@@ -4,14 +4,9 @@ import pytest
 import torch
 import trimesh
 
-from dnf_pyg.evaluate.metrics import (
-    MeanAngularDifference,
-    VertexError,
-    angular_difference,
-    mean_angular_difference,
-    normal_angles,
-    vertex_errors,
-)
+from dnf_pyg.evaluate.measures import mean_angular_difference, normal_angles, vertex_errors
+from dnf_pyg.evaluate.metrics import MeanAngularDifference, VertexError
+from dnf_pyg.mesh.geometry import angular_difference
 
 
 def test_angle_matches_arc_cosine_in_a_loop():

@@ -4,7 +4,7 @@ from lightning.pytorch import Trainer
 from torch_geometric.data import Batch, Data
 
 from dnf_pyg.errors import WeightsError
-from dnf_pyg.evaluate.metrics import angular_difference
+from dnf_pyg.mesh.geometry import angular_difference
 from dnf_pyg.nn import DNFNet
 from dnf_pyg.train.losses import JointLoss
 from dnf_pyg.train.module import NormalFilteringModule

@@ -72,10 +72,11 @@ def test_movement_is_red_outwards_and_blue_inwards(tmp_path, meshes, with_refere
         picture = matplotlib.image.imread(tmp_path / f"{name}.png")
         rows, columns = picture.shape[0], picture.shape[1]
         panel = picture[rows // 2 :, : columns // 3] if with_reference else picture[:, 2 * columns // 3 :]
-        panel = panel[: int(0.85 * len(panel))]  # above the scale
-        redder = panel[..., 0] - panel[..., 2]
-        assert (redder if name == "out" else -redder).max() > 0.3
-        assert (redder if name == "out" else -redder).min() > -0.05
+        change = (panel[..., 0] - panel[..., 2]) * (1 if name == "out" else -1)
+        scale = int(np.argmax((change < -0.3).any(axis=1)))  # first row with the other colour
+        assert (panel[scale - 3] == 1).all()  # white between the mesh and its scale
+        assert change[: scale - 3].max() > 0.3
+        assert change[: scale - 3].min() > -0.05
 
 
 def test_rejects_no_mesh(tmp_path):

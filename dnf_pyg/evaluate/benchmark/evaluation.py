@@ -11,7 +11,8 @@ import trimesh
 from dnf_pyg.errors import DNFError, MeshError
 from dnf_pyg.evaluate.benchmark.methods import Method, OutputFolder, Result
 from dnf_pyg.evaluate.benchmark.rows import Failure, Row, RowLog
-from dnf_pyg.evaluate.metrics import VertexError, mean_angular_difference
+from dnf_pyg.evaluate.measures import mean_angular_difference
+from dnf_pyg.evaluate.metrics import VertexError
 from dnf_pyg.io import MeshFile, read_mesh
 from dnf_pyg.mesh.geometry import face_normals
 

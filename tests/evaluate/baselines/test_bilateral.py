@@ -5,8 +5,7 @@ import torch
 
 from dnf_pyg.errors import MeshError
 from dnf_pyg.evaluate.baselines import BilateralNormalFilter
-from dnf_pyg.evaluate.metrics import angular_difference
-from dnf_pyg.mesh.geometry import face_areas, face_centroids, face_normals
+from dnf_pyg.mesh.geometry import angular_difference, face_areas, face_centroids, face_normals
 from dnf_pyg.mesh.noise import GaussianNormalNoise
 from dnf_pyg.mesh.vertex_update import update_vertices
 

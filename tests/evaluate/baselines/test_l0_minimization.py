@@ -8,8 +8,7 @@ from dnf_pyg.errors import MeshError
 from dnf_pyg.evaluate.baselines import L0Minimization, l0_minimization
 from dnf_pyg.evaluate.baselines.hinges import hinges
 from dnf_pyg.evaluate.baselines.l0_minimization import edge_operator
-from dnf_pyg.evaluate.metrics import angular_difference
-from dnf_pyg.mesh.geometry import face_normals, mean_edge_length
+from dnf_pyg.mesh.geometry import angular_difference, face_normals, mean_edge_length
 from dnf_pyg.mesh.noise import GaussianNormalNoise
 
 
