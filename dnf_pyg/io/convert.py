@@ -15,13 +15,15 @@ from scipy.spatial import cKDTree
 from dnf_pyg.errors import MeshFileWarning, OutputError
 from dnf_pyg.io.copies import Copies, warn_left_out
 from dnf_pyg.io.folder import CompanionError, find_beside
-from dnf_pyg.io.formats import DAMAGE, Document, GlbDocument, GltfDocument, OffDocument, StlDocument
+from dnf_pyg.io.formats import Document, GlbDocument, GltfDocument, OffDocument, StlDocument
 from dnf_pyg.io.formats.document import Floats, Ints
 from dnf_pyg.io.formats.glb import glb_bytes
 from dnf_pyg.io.formats.gltf import gltf_text
 from dnf_pyg.io.formats.mtl import place_pictures
 
 __all__ = ["convert", "export"]
+
+_MOST_SHOWN = 10_000_000  # triangles of all copies of the meshes in a scene
 
 
 def convert(document: Document, source: Path, pos: Floats, copies: Copies) -> bytes:
@@ -101,16 +103,18 @@ def _as_trimesh(document: Document, source: Path, pos: Floats) -> trimesh.Trimes
     level = log.level
     log.setLevel(logging.CRITICAL + 1)  # pictures that it cannot read
     try:
+        if isinstance(document, GltfDocument) and document.scene.num_shown > _MOST_SHOWN:
+            raise ValueError(f"its nodes show its meshes so often that they have {document.scene.num_shown:,} faces")
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # materials without textures, pictures that are large
             loaded = trimesh.load_mesh(data, file_type=source.suffix.lower()[1:], resolver=beside, **options)
         if not isinstance(loaded, trimesh.Trimesh):
             raise ValueError("it holds no mesh for trimesh")
-    except DAMAGE as error:
+    except Exception as error:  # whatever trimesh, or a library below it, raises for data that it cannot read
         reason = str(error) or type(error).__name__
         warnings.warn(
-            f"Expected a mesh whose colours and textures can be converted (got '{source}', of which trimesh says: "
-            f"{reason}). Only positions and faces are written: write it as {source.suffix} to keep the rest.",
+            f"Expected a mesh whose colours and textures can be converted (got '{source}': {reason}). Only "
+            f"positions and faces are written: write it as {source.suffix} to keep the rest.",
             MeshFileWarning,
             stacklevel=4,
         )

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import torch
+from numpy.lib.format import open_memmap
 from numpy.typing import NDArray
 from torch import Tensor
 
@@ -61,13 +62,13 @@ def _values(source: str | Path, mesh: MeshFile) -> NDArray[np.float64]:
     try:
         if path.is_file():
             if path.suffix.lower() == ".npy":
-                return np.load(path, allow_pickle=False).astype(np.float64).ravel()
+                return open_memmap(path, mode="r").astype(np.float64).ravel()  # refuses what the file is too short for
             words = path.read_text(encoding="utf-8").replace(",", " ").lower().split()
             return np.array([_WORDS.get(word, word) for word in words], dtype=np.float64)
         return mesh.document.property(str(source))
     except KeyError:
         pass
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, TypeError, OverflowError) as error:
         raise MeshFileError(
             f"Expected a mask of numbers (got '{source}': {error}). Write one number per line."
         ) from error

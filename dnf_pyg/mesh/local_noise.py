@@ -7,6 +7,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 from torch import Tensor
 
+from dnf_pyg.mesh.concentration import concentration
 from dnf_pyg.mesh.flatness import pair_deviations
 from dnf_pyg.mesh.geometry import angular_difference, edge_lengths, face_areas, face_normals
 from dnf_pyg.mesh.noise_level import NoiseEstimate, estimate_noise
@@ -27,6 +28,7 @@ _ALTERNATING = -0.1  # correlation of the curvatures of neighbours: 0.1 to 0.4 a
 _STEPPED = 0.23  # level above which only stairs of voxels alternate so
 _FEWEST = 0.02  # share of the vertices around with which a reading counts
 
+_BLURRED = 0.9  # ratio of concentrations: that of a sphere of 320 faces may fall to 0.94, stairs with noise reach 0.88
 _KNOWN = 0.02  # radians up to which filtered normals are known
 
 _MEAN = 0.7979  # of half-normal values, relative to the standard deviation
@@ -106,8 +108,15 @@ class LocalNoise:
         self.certain = self._certain(torch.from_numpy(seen))
 
     def unexplained(self, normal: Tensor, max_excess: float) -> Tensor:
-        """Mark the vertices, (V,) bool, whose :meth:`excess` for filtered normals (F, 3) is above a limit."""
-        return self.excess(normal) > max_excess
+        """Mark the vertices, (V,) bool, whose :meth:`excess` for filtered normals (F, 3) is above a limit.
+
+        They are all marked if the normals of the others would be less concentrated
+        (:func:`~dnf_pyg.mesh.concentration.concentration`) than those of the mesh, which no removal of noise leads to.
+        """
+        stays = self.excess(normal) > max_excess
+        own = face_normals(self._pos, self._face)
+        result = torch.where(stays[self._face].all(dim=0)[:, None], own, normal.to(own))
+        return stays | (concentration(result) < _BLURRED * concentration(own))
 
     def excess(self, normal: Tensor) -> Tensor:
         """Relate the angles between facet normals and filtered ones to those that the noise explains.

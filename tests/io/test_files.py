@@ -1,4 +1,5 @@
 import contextlib
+import json
 import os
 
 import numpy as np
@@ -229,6 +230,25 @@ def test_scene_of_several_coloured_meshes(tmp_path):
         [255, 0, 0, 255],
         [0, 255, 0, 255],
     ]
+
+
+def test_copies_of_a_mesh_are_counted_before_they_are_made(tmp_path):
+    scene = trimesh.Scene()
+    scene.add_geometry(trimesh.creation.icosphere(subdivisions=3), geom_name="ball")
+    tree = json.loads(scene.export(file_type="gltf")["model.gltf"])
+    buffers = {name: data for name, data in scene.export(file_type="gltf").items() if name != "model.gltf"}
+    for name, data in buffers.items():
+        (tmp_path / name).write_bytes(data)
+    for copies in (3, 20_000):
+        tree["nodes"] = [{"children": list(range(1, copies + 1))}, *({"mesh": 0} for _ in range(copies))]
+        tree["scenes"] = [{"nodes": [0]}]
+        (tmp_path / f"{copies}.gltf").write_text(json.dumps(tree))
+    few, many = (read_mesh(tmp_path / f"{copies}.gltf") for copies in (3, 20_000))
+    write_mesh(few, few.pos + 1, tmp_path / "few.ply")
+    assert read_mesh(tmp_path / "few.ply").face.size(1) == 3 * 1280
+    with pytest.warns(MeshFileWarning, match=r"so often that they have 25,600,000 faces\). Only positions"):
+        write_mesh(many, many.pos + 1, tmp_path / "many.ply")
+    assert read_mesh(tmp_path / "many.ply").face.size(1) == 1280
 
 
 def test_gltf_and_glb_are_the_same_in_another_wrapping(tmp_path):

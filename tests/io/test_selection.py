@@ -35,11 +35,25 @@ def test_says_what_is_wrong(box, tmp_path):
     (tmp_path / "words.txt").write_text("all of it")
     (tmp_path / "nan.txt").write_text("nan " * 8)
     np.save(tmp_path / "pickle.npy", np.array([{}], dtype=object))
+    np.save(tmp_path / "pairs.npy", np.zeros(8, dtype=[("a", "f4"), ("b", "f4")]))
+    np.savez(tmp_path / "packed.npz", np.zeros(8))
+    (tmp_path / "packed.npz").rename(tmp_path / "packed.npy")
+    for digits in (10, 30):
+        np.save(tmp_path / f"{digits}.npy", np.zeros(8))
+        content = (tmp_path / f"{digits}.npy").read_bytes()
+        number = b"(1" + digits * b"0" + b",)"
+        (tmp_path / f"{digits}.npy").write_bytes(
+            content.replace(b"(8,), }" + (len(number) - 4) * b" ", number + b", }")
+        )
     for source, text in (
         (tmp_path / "short.txt", r"one number per vertex \(8\) or triangle \(12\) \(got 3"),
         (tmp_path / "words.txt", "could not convert"),
         (tmp_path / "nan.txt", "got NaN"),
-        (tmp_path / "pickle.npy", "allow_pickle"),
+        (tmp_path / "pickle.npy", "Python objects"),
+        (tmp_path / "pairs.npy", "Cannot cast"),
+        (tmp_path / "packed.npy", "magic string"),
+        (tmp_path / "10.npy", "greater than file size"),
+        (tmp_path / "30.npy", "Expected a mask of numbers"),
         ("absent", "no file and no property"),
     ):
         with pytest.raises(MeshFileError, match=text):

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from dnf_pyg.io.formats.document import Floats
-from dnf_pyg.io.formats.gltf import GltfDocument, gltf_text, load_uri, parse_tree, place_uris
+from dnf_pyg.io.formats.gltf import GltfDocument, gltf_text, load_buffers, parse_tree, place_uris
 from dnf_pyg.io.formats.gltf_scene import GltfScene
 
 __all__ = ["GlbDocument", "glb_bytes"]
@@ -26,7 +26,7 @@ class GlbDocument(GltfDocument):
         entries = tree.get("buffers", [])
         self.has_inside = bool(entries) and "uri" not in entries[0]  # the first buffer is the binary chunk
         buffers = [next((chunk for kind, chunk in self.chunks if kind == _BIN), b"")] if self.has_inside else []
-        return GltfScene(tree, buffers + [load_uri(entry.get("uri"), self.folder) for entry in entries[len(buffers) :]])
+        return GltfScene(tree, buffers + load_buffers(entries[len(buffers) :], self.folder))
 
     def as_gltf(self) -> bytes:
         """Write the same as the text of a gltf file."""

@@ -12,7 +12,7 @@ from dnf_pyg.io.formats.document import Document, Floats, UnsupportedError
 from dnf_pyg.io.formats.gltf_scene import GltfScene
 from dnf_pyg.io.formats.text import check_text
 
-__all__ = ["GltfDocument", "gltf_text", "load_uri", "parse_tree", "place_uris"]
+__all__ = ["GltfDocument", "gltf_text", "load_buffers", "parse_tree", "place_uris"]
 
 _DATA_URI = "data:application/octet-stream;base64,"
 
@@ -31,7 +31,7 @@ class GltfDocument(Document):
     def _read_scene(self) -> GltfScene:
         check_text(self.data[:1000])
         tree = parse_tree(self.data)
-        return GltfScene(tree, [load_uri(entry.get("uri"), self.folder) for entry in tree.get("buffers", [])])
+        return GltfScene(tree, load_buffers(tree.get("buffers", []), self.folder))
 
     def property(self, name: str) -> Floats:
         """Numbers of a vertex attribute, (V,): ``_NAME`` in the file, 0 where a part of the scene has none."""
@@ -93,23 +93,35 @@ def place_uris(tree: dict[str, Any], place: Callable[[str], str]) -> bool:
     return changed
 
 
-def load_uri(uri: str | None, folder: Path) -> bytes:
-    r"""Read a buffer: from the text itself, or from a file in or below the folder of the mesh.
+def load_buffers(entries: list[dict[str, Any]], folder: Path) -> list[bytes]:
+    r"""Read buffers: from the text itself, or from files in or below the folder of the mesh.
 
     Raises:
-        UnsupportedError: If there is none.
+        UnsupportedError: If one has no data, or its file cannot be read.
+        ValueError: If two are one file: a short text could name a large file many times.
 
     Examples:
-        >>> load_uri("data:application/octet-stream;base64,AAEC", Path())
-        b'\x00\x01\x02'
+        >>> load_buffers([{"uri": "data:application/octet-stream;base64,AAEC"}], Path())
+        [b'\x00\x01\x02']
     """
-    if uri is None:
-        raise UnsupportedError("one of its buffers has no data, as with compression", "Export it without compression.")
-    if uri.startswith("data:"):
-        return base64.b64decode(uri.split(",", 1)[1])
-    try:
-        return find_beside(folder, unquote(uri)).read_bytes()
-    except CompanionError as error:
-        raise UnsupportedError(
-            f"its buffer {uri!r} cannot be read, since {error}", "Put it beside the mesh and refer to it by its name."
-        ) from error
+    buffers: list[bytes] = []
+    files: set[Path] = set()
+    for uri in (entry.get("uri") for entry in entries):
+        if uri is None:
+            reason = "one of its buffers has no data, as with compression"
+            raise UnsupportedError(reason, "Export it without compression.")
+        if uri.startswith("data:"):
+            buffers.append(base64.b64decode(uri.split(",", 1)[1]))
+            continue
+        try:
+            file = find_beside(folder, unquote(uri)).resolve()
+        except CompanionError as error:
+            raise UnsupportedError(
+                f"its buffer {uri!r} cannot be read, since {error}",
+                "Put it beside the mesh and refer to it by its name.",
+            ) from error
+        if file in files:
+            raise ValueError(f"two of its buffers are the file {uri!r}")
+        files.add(file)
+        buffers.append(file.read_bytes())
+    return buffers

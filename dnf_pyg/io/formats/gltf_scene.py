@@ -1,5 +1,6 @@
 """Positions, normals and triangles inside a glTF description and its buffers."""
 
+from collections import Counter
 from typing import Any
 
 import numpy as np
@@ -34,6 +35,7 @@ class GltfScene:
     Attributes:
         pos: Vertex positions, (V, 3).
         face: Vertices of each triangle, (F, 3).
+        num_shown: Triangles that the scene shows, those of a mesh once for each of its nodes.
     """
 
     def __init__(self, tree: dict[str, Any], buffers: list[bytes]) -> None:
@@ -46,7 +48,8 @@ class GltfScene:
         self.transforms: dict[int, Floats] = {}
         self.shading: dict[int, dict[str, int]] = {}  # NORMAL and TANGENT accessors by POSITION accessor
         pos, face = [np.empty((0, 3))], [np.empty((0, 3), dtype=np.int64)]
-        num_vertices = num_faces = 0
+        shows = Counter(node["mesh"] for node in tree.get("nodes", []) if "mesh" in node)
+        num_vertices = num_faces = self.num_shown = 0
         num_bytes = sum(map(len, buffers))
         for number, mesh in enumerate(self.tree.get("meshes", [])):
             for primitive in mesh["primitives"]:
@@ -66,6 +69,7 @@ class GltfScene:
                         self.shading[accessor].setdefault(name, primitive["attributes"][name])
                 face.append(self._triangles(primitive, self.spans[accessor]))
                 num_faces += len(face[-1])
+                self.num_shown += len(face[-1]) * max(shows[number], 1)
                 if max(num_vertices, num_faces) > num_bytes:
                     raise ValueError("its parts repeat the same vertices or faces too often")
         self.pos, self.face = np.concatenate(pos), np.concatenate(face)

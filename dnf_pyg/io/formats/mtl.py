@@ -9,8 +9,9 @@ from dnf_pyg.io.folder import is_beside
 __all__ = ["place_pictures", "replace_name"]
 
 _PICTURE = re.compile(
-    rb"^([ \t]*(?:map_\w+|bump|disp|decal|refl|norm)[ \t]+)([^\r\n]*?)[ \t\r]*$", re.IGNORECASE | re.MULTILINE
+    rb"^[ \t]*(?:map_\w+|bump|disp|decal|refl|norm)[ \t]+(\S[^\r\n]*)\r*$", re.IGNORECASE | re.MULTILINE
 )
+_LONGEST = 1024  # bytes of a name with its folders
 
 
 def place_pictures(data: bytes, folder: Path, below: PurePosixPath, place: Callable[[str], str]) -> bytes:
@@ -29,13 +30,13 @@ def place_pictures(data: bytes, folder: Path, below: PurePosixPath, place: Calla
     """
 
     def replaced(found: re.Match[bytes]) -> bytes:
-        words = found[2].split()
+        words = found[1].rstrip()[-_LONGEST:].split()
         endings = [b" ".join(words[start:]).decode(errors="surrogateescape") for start in range(len(words))]
         for ending in endings:  # the longest name that exists: options come first, names may hold blanks
             for name in (str(below / ending.replace("\\", "/")), ending):
                 if is_beside(folder, name):
                     return replace_name(found[0], name, place(name))
-        return replace_name(found[0], endings[-1], place(endings[-1])) if endings else found[0]
+        return replace_name(found[0], endings[-1], place(endings[-1]))
 
     return _PICTURE.sub(replaced, data)
 

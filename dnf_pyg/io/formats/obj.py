@@ -15,7 +15,7 @@ from dnf_pyg.io.formats.text import check_text, number_text, parse_numbers, repl
 __all__ = ["ObjDocument"]
 
 _LINE_END = re.compile(rb"(?<!\\)(?<!\\\r)\n")
-_LIBRARY = re.compile(rb"^((?:\xef\xbb\xbf)?[ \t]*mtllib[ \t]+)([^\r\n]*?)([ \t\r]*)$", re.IGNORECASE | re.MULTILINE)
+_LIBRARY = re.compile(rb"^((?:\xef\xbb\xbf)?[ \t]*mtllib[ \t]+)(\S[^\r\n]*)\r*$", re.IGNORECASE | re.MULTILINE)
 _BLANKS = re.compile(rb"([ \t]+)")
 
 
@@ -52,14 +52,15 @@ class ObjDocument(Document):
         """Replace the names of material libraries; a line may hold several, and a name may hold blanks."""
 
         def replaced(found: re.Match[bytes]) -> bytes:
-            whole = found[2].decode(errors="surrogateescape")
+            names = found[2].rstrip()
+            whole = names.decode(errors="surrogateescape")
             if is_beside(folder, whole) or len(whole.split()) < 2:
-                return replace_name(found[0], whole, place(whole)) if whole else found[0]
-            words = _BLANKS.split(found[2])  # with the blanks between them
+                return replace_name(found[0], whole, place(whole))
+            words = _BLANKS.split(names)  # with the blanks between them
             for number, word in enumerate(words[::2]):
                 name = word.decode(errors="surrogateescape")
                 words[2 * number] = replace_name(word, name, place(name))
-            return found[1] + b"".join(words) + found[3]
+            return found[1] + b"".join(words) + found[0][found.end(1) - found.start() + len(names) :]
 
         return _LIBRARY.sub(replaced, data)
 

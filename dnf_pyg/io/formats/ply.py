@@ -17,7 +17,7 @@ __all__ = ["PlyDocument"]
 
 _POSITION = ("x", "y", "z")
 _NORMAL = ("nx", "ny", "nz")
-_TEXTURE = re.compile(rb"^comment[ \t]+TextureFile[ \t]+([^\r\n]*?)[ \t\r]*$", re.IGNORECASE | re.MULTILINE)
+_TEXTURE = re.compile(rb"^comment[ \t]+TextureFile[ \t]+(\S[^\r\n]*)\r*$", re.IGNORECASE | re.MULTILINE)
 _CORNERS = ("vertex_indices", "vertex_index")
 
 
@@ -89,7 +89,7 @@ class PlyDocument(Document):
         """Replace the names of textures in comments of the header."""
 
         def replaced(found: re.Match[bytes]) -> bytes:
-            name = found[1].decode(errors="surrogateescape")
+            name = found[1].rstrip().decode(errors="surrogateescape")
             return replace_name(found[0], name, place(name))
 
         end = data.find(b"end_header")

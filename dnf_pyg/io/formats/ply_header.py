@@ -17,6 +17,7 @@ _TYPES = {
     **dict.fromkeys(("float", "float32"), "f4"),
     **dict.fromkeys(("double", "float64"), "f8"),
 }
+_MOST = 1000  # elements and properties; every row is searched for them
 _BYTE_ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 
 
@@ -101,6 +102,10 @@ def read_header(data: bytes) -> Header:
         raise ValueError("its header names no known format")
     if len({element.name for element in elements}) < len(elements):
         raise ValueError("its header announces two elements of one name")
+    if len(elements) + sum(len(element.properties) for element in elements) > _MOST:
+        raise ValueError(f"its header announces more than {_MOST} elements and properties")
+    if any(element.num_rows > 0 and not element.properties for element in elements):
+        raise ValueError("its header announces rows without properties")
     if any(element.num_rows < 0 for element in elements):
         raise ValueError("its header announces less than no rows")
     return Header(elements, byte_order, length)

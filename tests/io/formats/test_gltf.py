@@ -195,6 +195,15 @@ def test_descriptions_that_ask_for_too_much(tmp_path, kind, text):
         GltfDocument(json.dumps(tree).encode(), tmp_path)
 
 
+@pytest.mark.parametrize("names", [["a.bin", "a.bin"], ["a.bin", "%61.bin"], ["a.bin", "below/../a.bin"]])
+def test_a_file_is_one_buffer(tmp_path, names):
+    (tmp_path / "a.bin").write_bytes(make_buffer())
+    tree = make_tree({"byteLength": 166, "uri": "a.bin"})
+    tree["buffers"] = [{"byteLength": 166, "uri": name} for name in names]
+    with pytest.raises(ValueError, match=r"two of its buffers are the file"):
+        GltfDocument(json.dumps(tree).encode(), tmp_path)
+
+
 def test_deep_and_circular_trees(tmp_path):
     tree = json.loads(make_gltf())
     tree["nodes"] = [{"children": [number + 1]} for number in range(900)] + [{"children": [0], "mesh": 0}]

@@ -32,6 +32,14 @@ def test_names_of_pictures(tmp_path, line, name, written):
     assert place_pictures(data, tmp_path, PurePosixPath(), lambda name: name) == data
 
 
+def test_long_lines_take_no_time(tmp_path):
+    blanks, words = 100_000 * b" ", 100_000 * b"a "
+    data = b"map_Kd" + blanks + b"\ra\nmap_Kd " + words + b"b.png" + blanks + b"\nmap_Ks \n"
+    seen = []
+    assert place_pictures(data, tmp_path, PurePosixPath(), lambda name: seen.append(name) or name) == data
+    assert seen == ["b.png"]
+
+
 def test_names_are_relative_to_the_library_or_else_to_the_mesh(tmp_path):
     (tmp_path / "mat").mkdir()
     for path in ("mat/a.png", "b.png"):

@@ -110,6 +110,11 @@ def test_names_of_material_libraries(tmp_path, line, names, written):
     assert ObjDocument.place_companions(marked + line, tmp_path, place) == marked + written
 
 
+def test_blanks_before_a_name_take_no_time(tmp_path):
+    data = b"mtllib" + 100_000 * b" " + b"\ra.mtl\nmtllib \nv 0 0 0\n"
+    assert ObjDocument.place_companions(data, tmp_path, str.upper) == data
+
+
 @pytest.mark.parametrize(
     ("data", "text"),
     [

@@ -39,6 +39,8 @@ def test_header_on_one_line_and_absent(tmp_path):
         (b"OFF BINARY\n1 0 0\n", "plain vertices"),
         (RICH[:-20], "announced"),
         (b"OFF\n1 1 0\n0 0 0\n3 0 0\n", "fewer corners"),
+        (b"OFF\n3 2 0\n0 0 0\n1 0 0\n0 1 0\n3000000000 0 1 2\n-2999999997\n", "fewer corners"),
+        (b"OFF\n3 4 0\n0 0 0\n1 0 0\n0 1 0\n" + 4 * b"4611686018427387904\n", "fewer corners"),  # 0 in 64 bits
     ],
 )
 def test_says_what_is_wrong(tmp_path, data, text):

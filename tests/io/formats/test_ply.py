@@ -190,11 +190,22 @@ def test_texture_in_a_comment_and_byte_order_mark(tmp_path, mark):
     assert PlyDocument(data, tmp_path).with_positions(np.array(POS) + 1.0).startswith(mark + b"ply\n")
 
 
+def test_blanks_in_a_comment_take_no_time(tmp_path):
+    data = make("ascii").replace(b"comment made by hand", b"comment TextureFile" + 100_000 * b" " + b"\ra")
+    assert PlyDocument.place_companions(data, tmp_path, str.upper) == data
+
+
 @pytest.mark.parametrize(
     ("old", "new", "text"),
     [
         (b"list uchar", b"list float", "counts the values of a list"),
         (b"element face", b"element vertex", "two elements of one name"),
+        (b"element face", b"element nothing 1000000000000\nelement face", "rows without properties"),
+        (
+            b"element face",
+            b"".join(b"element e%d 0\n" % row for row in range(1000)) + b"element face",
+            "more than 1000",
+        ),
     ],
 )
 def test_headers_that_make_no_sense(tmp_path, old, new, text):
