@@ -23,6 +23,13 @@ __all__ = ["SUFFIXES", "MeshFile", "check_suffix", "find_meshes", "read_mesh", "
 
 SUFFIXES = tuple(DOCUMENTS)
 _LARGEST = 1e30  # coordinate that validate_mesh takes
+_NO_MESHES = (  # first bytes, in lower case, of what is found under the names of meshes
+    (b"\x1f\x8b", "compressed with gzip", "Unpack it first."),
+    (b"pk\x03\x04", "a zip archive", "Unpack it first."),
+    (b"version https://git-lfs", "a pointer of Git LFS", "Run `git lfs pull` for the mesh itself."),
+    (b"<!doctype html", "a web page", "Download the mesh itself."),
+    (b"<html", "a web page", "Download the mesh itself."),
+)
 _ATTEMPTS = 10  # at names beside a mesh while other processes write to the same folder
 
 
@@ -74,6 +81,7 @@ def read_mesh(path: str | Path) -> MeshFile:
     if not data:
         raise MeshFileError(f"Expected a {suffix} mesh (got '{path}', which has 0 bytes). Export it again.")
     try:
+        _check_kind(data)
         document = DOCUMENTS[suffix](data, path.parent)
     except DAMAGE as error:
         reason = str(error) or type(error).__name__
@@ -193,6 +201,13 @@ def check_suffix(path: Path) -> str:
     if suffix not in SUFFIXES:
         raise MeshFileError(f"Expected a mesh file ending in {', '.join(SUFFIXES)} (got '{path}'). Convert it first.")
     return suffix
+
+
+def _check_kind(data: bytes) -> None:
+    start = data[:100].lstrip().lower()
+    for beginning, what, remedy in _NO_MESHES:
+        if start.startswith(beginning):
+            raise UnsupportedError(f"it is {what}", remedy)
 
 
 def _read_bytes(path: Path) -> bytes:

@@ -71,9 +71,9 @@ def test_mutated_files(originals, network, tmp_path, capsys, record_testsuite_pr
         name = names[number % len(names)]
         path = tmp_path / f"fuzzed_{name}"
         path.write_bytes(mutated(originals[name], draw))
-        start = time.monotonic()
+        start = time.process_time()
         status = main(["denoise", str(path), "-o", str(out / name), "--patch_size", "30", "--num_iterations", "3"])
-        slowest = max(slowest, time.monotonic() - start)
+        slowest = max(slowest, time.process_time() - start)
         told = capsys.readouterr().err
         count[name, status] += 1
         if status == 0:
