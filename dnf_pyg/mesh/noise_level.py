@@ -16,7 +16,7 @@ __all__ = ["NoiseEstimate", "estimate_noise", "estimate_noise_level"]
 
 _QUANTILE = 0.25  # of the vertices: larger responses may lie at sharp edges
 _COARSE = 0.6  # response of the middle band, mean edge lengths, that only a shape has
-_FEW = 1000  # vertices, too few to tell noise from shape by the bands alone
+_FEW = 2000  # vertices, too few to tell noise from shape by the bands alone
 
 # Noise lengthens edges and turns the normals that it is measured along: responses of the high band to white noise of
 # known levels, means over generated shapes and spheres

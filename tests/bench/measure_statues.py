@@ -10,7 +10,7 @@ import torch
 
 from dnf_pyg import denoise
 from dnf_pyg.errors import DenoiseWarning
-from dnf_pyg.evaluate.metrics import mean_angular_difference
+from dnf_pyg.evaluate.measures import mean_angular_difference
 from dnf_pyg.io import read_mesh
 from dnf_pyg.mesh import face_normals, mean_edge_length, vertex_normals
 from dnf_pyg.mesh.coarse import coarsen
