@@ -121,7 +121,6 @@ def copy_last(runs):
 def main():
     runs = Path(sys.argv[1])
     copy_last(runs)
-    (IMAGES / "training_ablation.png").write_bytes((runs / "table_1" / "ablation.png").read_bytes())
     for draw in (real, joint, resume, processes):
         draw(runs)
 

@@ -1,7 +1,7 @@
 """Small real runs whose curves docs/training.md shows: minutes on one core.
 
 Arguments: the CNR benchmark (its Synthetic/train/original is trained on), and a folder for the runs. Runs that are
-there already are kept. `training_curves.py` draws them. The last step denoises three test meshes with each ablation.
+there already are kept. `training_curves.py` draws them.
 """
 
 import csv
@@ -16,14 +16,6 @@ import yaml
 
 NET = {"k": [6, 12, 20], "residual_k": 8, "channels": [16, 32, 64], "embedding_channels": 32}
 MESHES = ["cad", "gear", "gem", "boat", "blob", "torus_knot", "spot", "fish", "terrain", "koala"]
-ABLATIONS = {  # rows of Table 1: arguments of the network, of the loss
-    "wo_inter": ({}, {"intermediate_weight": 0.0}),
-    "wo_reg": ({}, {"alpha": 0.0}),
-    "wo_sub": ({"subtract": False}, {}),
-    "1_unit": ({"num_units": 1}, {}),
-    "3_units": ({"num_units": 3}, {}),
-    "full": ({}, {}),
-}
 
 
 def clean_meshes(root, folder, names=MESHES, num_patches=30, k=20, batch_size=4, jitter=0.0):
@@ -38,7 +30,7 @@ def clean_meshes(root, folder, names=MESHES, num_patches=30, k=20, batch_size=4,
     return {"class_path": "dnf_pyg.datamodules.CleanMeshesDataModule", "init_args": arguments}
 
 
-def config(folder, name, data, max_steps, net=None, loss=None, callbacks=(), checkpoint=None, **model):
+def config(folder, name, data, max_steps, net=None, callbacks=(), checkpoint=None, **model):
     """A run of `dnf-pyg fit`, complete."""
     last = {"dirpath": str(folder / name), "save_last": True, "enable_version_counter": False}
     last |= checkpoint or {"filename": "best", "monitor": "val/theta", "mode": "min"}
@@ -55,7 +47,7 @@ def config(folder, name, data, max_steps, net=None, loss=None, callbacks=(), che
         },
         "model": {
             "net": {"class_path": "dnf_pyg.nn.DNFNet", "init_args": {**NET, **(net or {})}},
-            "loss": {"class_path": "dnf_pyg.train.losses.JointLoss", "init_args": {"alpha": 0.01, **(loss or {})}},
+            "loss": {"class_path": "dnf_pyg.train.losses.JointLoss", "init_args": {"alpha": 0.01}},
             "optimizer": {"class_path": "torch.optim.Adam", "init_args": {"lr": 3.0e-3}},
             "scheduler": {
                 "class_path": "torch.optim.lr_scheduler.CosineAnnealingLR",
@@ -146,12 +138,6 @@ def main():
     ):
         shared = clean_meshes(data, folder, ["cad", "gem", "blob", "spot"], num_patches=16, batch_size=batch_size)
         run(folder, name, config(folder, name, shared, 120), *words)
-
-    for row, (net, loss) in ABLATIONS.items():
-        name = f"ablation_{row}"
-        run(folder, name, config(folder, name, clean_meshes(data, folder), 150, net=net, loss=loss))
-    words = ["experiment", "ablation", sys.argv[1], "--runs", folder, "-o", folder / "table_1", "--meshes", "*_n2"]
-    subprocess.run([Path(sys.executable).with_name("dnf-pyg"), *words], check=True)
 
 
 if __name__ == "__main__":
