@@ -12,6 +12,7 @@ import torch
 from scipy.spatial import cKDTree
 from torch.nn import functional as F
 
+from dnf_pyg.evaluate.benchmark.tables import markdown_table
 from dnf_pyg.evaluate.measures import mean_angular_difference
 from dnf_pyg.io import read_mesh
 from dnf_pyg.mesh.geometry import face_centroids, face_normals, mean_edge_length, vertex_normals
@@ -37,12 +38,12 @@ def fitted_normals(pos, face):
 
 
 def main(folder):
-    print("| mesh | faces | roughness |\n| --- | ---: | ---: |")
+    rows = []
     for path in sorted(folder.iterdir()):
         mesh = read_mesh(path)
-        pos = mesh.pos.double()
-        roughness = mean_angular_difference(fitted_normals(pos, mesh.face), face_normals(pos, mesh.face))
-        print(f"| {path.stem} | {mesh.face.size(1):,} | {roughness:.2f} |", flush=True)
+        roughness = mean_angular_difference(fitted_normals(mesh.pos, mesh.face), face_normals(mesh.pos, mesh.face))
+        rows.append([path.stem, f"{mesh.face.size(1):,}", f"{roughness:.2f}"])
+    print(markdown_table(["mesh", "faces", "roughness"], rows))
 
 
 if __name__ == "__main__":

@@ -48,6 +48,15 @@ def test_tells_correlated_noise_from_white(shape, level, meshes):
     assert 0.6 < estimate.correlation <= 0.85
 
 
+@pytest.mark.parametrize(("sections", "num_vertices"), [((48, 32), 1536), ((64, 40), 2560)])
+def test_correlation_needs_two_thousand_vertices(sections, num_vertices):
+    pos, face = as_tensors(trimesh.creation.torus(2, 0.7, *sections))
+    assert len(pos) == num_vertices
+    estimate = estimate_noise(*noisy((pos, face), CorrelatedNoise([0, 2, 8], [0.1, 0.6, 0.3]), 0.4))
+    assert (estimate.correlation > 0.6) == (num_vertices >= 2000)
+    assert (estimate.correlation == 0) == (num_vertices < 2000)
+
+
 @pytest.mark.parametrize("height", [0.1, 0.3, 0.6])
 def test_relief_is_not_correlated_noise(height, meshes):
     pos, face = meshes["sphere"]
