@@ -7,6 +7,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 from torch import Tensor
 
+from dnf_pyg.mesh.alternation import local_alternation, noise_share
 from dnf_pyg.mesh.concentration import concentration
 from dnf_pyg.mesh.flatness import pair_deviations
 from dnf_pyg.mesh.geometry import angular_difference, edge_lengths, face_areas, face_normals
@@ -19,12 +20,13 @@ __all__ = ["LocalNoise"]
 _STEPS = 20  # of the lazy walk: means over about 60 vertices
 _UNSEEN = 2.5  # ratio of correlated noise to its estimate, which misses the part of long range
 _WEAKEST = 0.01  # noise that can be told from the shape, relative to the shortest edge at a vertex
-_AMID_NONE = 0.05  # the same where the mesh as a whole has no noise: its finest detail reads as some
+_AMID_NONE = 0.08  # the same where the mesh as a whole has no noise: its finest detail reads as some
 _FEW = 32  # vertices of a piece of which nothing can be told
 _WITHIN = 2.5  # standard deviations up to which the deviation of a pair counts as noise, not as an edge
 _BEYOND = 10.0  # ratio of an angle to that of the noise from which it makes no difference how large it is
 _ROUNDS = 3
 _ALTERNATING = -0.1  # correlation of the curvatures of neighbours: 0.1 to 0.4 at edges, -0.3 for noise
+_EDGES, _RELIEF = 0.5, 0.75  # ratio of the readings of pairs and of the filter beside sharp edges, and on relief
 _STEPPED = 0.23  # level above which only stairs of voxels alternate so
 _FEWEST = 0.02  # share of the vertices around with which a reading counts
 
@@ -68,7 +70,7 @@ class LocalNoise:
         estimate: Level and correlation of the whole mesh.
         sigma: Standard deviation around each vertex, (V,) float64, model units; 0 for a mesh without noise.
         certain: Whether the noise there is strong enough to be told from the shape, (V,) bool. Below 0.01 of the
-            shortest edge it is not, or below 0.05 of it where the mesh as a whole reads as clean. The fewer vertices a
+            shortest edge it is not, or below 0.08 of it where the mesh as a whole reads as clean. The fewer vertices a
             piece of the mesh has, the stronger the noise has to be; none is certain with fewer than 32.
 
     Example:
@@ -95,9 +97,13 @@ class LocalNoise:
         if self.estimate.level > 0:
             self._across = smoothed_normals(self._walk, self._pos, self._face)
             sharp, bent = self._high_pass(), self._bending()
+            alternation = local_alternation(self._walk, self._pos.numpy(), self._across, topology.edges)
+            flat = (_quotient(bent, sharp) - _EDGES) / (_RELIEF - _EDGES)
+            around = noise_share(alternation, np.clip(flat, 0, 1))
+            share = np.maximum(around, self.estimate.share)
             bent = np.maximum(bent, self._alternating(topology.edges, sharp))
             correlated = self.estimate.is_correlated  # such noise bends pairs of faces less than it displaces them
-            seen = sharp if correlated else np.minimum(sharp, bent)
+            seen = sharp if correlated else share**2 * np.minimum(sharp, bent)
             level = _UNSEEN * self._unit * self.estimate.level
             sigma = np.maximum(np.minimum(sharp, bent), level) if correlated else seen
         self.sigma = torch.from_numpy(sigma)

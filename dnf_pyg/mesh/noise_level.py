@@ -5,16 +5,17 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_array
 from torch import Tensor
 
+from dnf_pyg.mesh.alternation import local_alternation, noise_share
+from dnf_pyg.mesh.bands import Bands, band_responses
 from dnf_pyg.mesh.flatness import pair_deviations
 from dnf_pyg.mesh.topology import Topology
 from dnf_pyg.mesh.vertex_graph import lazy_walk, smoothed_normals
 
 __all__ = ["NoiseEstimate", "estimate_noise", "estimate_noise_level"]
 
-_QUANTILE = 0.25  # of the vertices: larger responses may lie at sharp edges
+_QUANTILE = 0.25  # of the pairs of faces: larger deviations may lie at sharp edges
 _COARSE = 0.6  # response of the middle band, mean edge lengths, that only a shape has
 _FEW = 2000  # vertices, too few to tell noise from shape by the bands alone
 
@@ -23,13 +24,19 @@ _FEW = 2000  # vertices, too few to tell noise from shape by the bands alone
 _FOUND = (0.0, 0.05, 0.101, 0.195, 0.278, 0.342, 0.404, 0.492, 0.58)
 _TRUE = (0.0, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.7, 1.0)
 
+
 # Squared ratio of the responses of the middle and the high band that white noise reaches on coarse shapes: the part
 # of the shape counts less the stronger the noise is; real scans with weak noise reach at least 3.5
 _WHITE, _SHAPE, _MOST = 1.9, 0.018, 3.2
+_EDGES, _RELIEF = 0.85, 1.0  # ratio of what pairs of faces and the high band tell on CAD models, and on relief
+_LEAST = 0.01  # share of noise in the detail of a clean shape: a part of the mesh may still be noisy
 _WIDTH = 0.12  # of the transition from white to correlated noise
+
+# Noise ends at its correlation length, where relief rises on with the width of the band
 _LARGEST = 3.2  # ratio of the responses in noise, which has a white part: real scans reach 2.9, relief starts at 3.4
-_STRONG = 0.06  # response of the high band to a white part that relief of a mesh with white noise may be read with
-_RISE, _WIDE = 3.55, 1.1  # from there on, ratio of the low to the middle band, and low band, that only a shape has
+_ALTERNATION = 0.65  # of real scans at least: 0.68
+_RISE = 2.7  # ratio of the low to the middle response of relief; of scans, too, with weak noise and less relief:
+_WIDE, _CONVEX = 0.4, 0.9  # their low response, and high times broad over the square of the middle one, stay below
 _VARIANCE = 2.0  # of correlated noise, relative to the squared response of the middle band
 _WEAK = 0.01  # level of noise that is as good as none, whose correlation means nothing
 _CORRELATED = 0.5  # correlation above which noise is not white
@@ -42,10 +49,12 @@ class NoiseEstimate(NamedTuple):
     Attributes:
         level: Standard deviation along the normal, mean edge lengths.
         correlation: Correlation of the noise at the two ends of an edge, from 0 for white noise to 0.85.
+        share: Part of the finest detail of the mesh that is noise, from 0 to 1: a ratio of standard deviations.
     """
 
     level: float
     correlation: float
+    share: float = 1.0
 
     @property
     def is_correlated(self) -> bool:
@@ -61,21 +70,15 @@ class NoiseEstimate(NamedTuple):
 def estimate_noise(pos: Tensor, face: Tensor, topology: Topology | None = None) -> NoiseEstimate:
     r"""Estimate the level and the correlation of the noise of a mesh.
 
-    With the lazy random walk S on the vertices (:func:`~dnf_pyg.mesh.vertex_graph.lazy_walk`), the vertex positions
-    are filtered by three band-pass filters, and the results are projected on smoothed vertex normals:
+    The vertex positions are filtered by four bands (:class:`~dnf_pyg.mesh.bands.Bands`). The finest one suppresses
+    smoothly curved surfaces, and a low quantile over the vertices leaves out sharp edges, so its response is the level.
 
-    .. math::
-        \mathbf{H} = (\mathbf{I} - \mathbf{S})^4, \qquad
-        \mathbf{M} = \mathbf{S}^{12} (\mathbf{I} - \mathbf{S})^6, \qquad
-        \mathbf{L} = \mathbf{S}^{48} (\mathbf{I} - \mathbf{S})^6.
+    What remains of the shape is told from noise by the signs: white noise bends neighbouring vertices in opposite
+    directions, and detail of a shape does so less, even on a statue that was decimated to a few thousand faces. So
+    the level is that part of the response which alternates as noise does.
 
-    The powers of I - S suppress smoothly curved surfaces, and a low quantile over the vertices leaves out sharp
-    edges. Each response is divided by that of white noise of unit variance on the same mesh. White noise responds
-    equally in both bands, noise with a correlation length of a few edges more in the middle one. Relief of a clean
-    shape responds still more there: noise always has a white part, so a high band without one, or much weaker than
-    the middle band, means that there is no correlated noise. White noise on relief looks like correlated noise in
-    these two bands. The low band tells them apart, since relief grows with its width, and noise ends at its
-    correlation length.
+    White noise responds equally in all bands, and noise with a correlation length of a few edges more in the second.
+    White noise on relief does so, too, but relief keeps growing with the width of the band.
 
     Pairs of adjacent faces tell noise from sharp edges: on a clean CAD model whose vertices all lie at sharp edges,
     many pairs are exactly flat, while noise bends all of them. Where the pairs are flatter than the high band
@@ -98,35 +101,41 @@ def estimate_noise(pos: Tensor, face: Tensor, topology: Topology | None = None) 
         >>> import torch
         >>> pos = torch.tensor([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]])
         >>> estimate_noise(pos, torch.tensor([[0, 1], [1, 3], [2, 2]]))
-        NoiseEstimate(level=0.0, correlation=0.0)
+        NoiseEstimate(level=0.0, correlation=0.0, share=0.0)
     """
     pos, face = pos.detach().cpu().double(), face.cpu()
     topology = topology or Topology(face, len(pos))
     unit = float(topology.mean_edge_length(pos))
     if unit == 0:
-        return NoiseEstimate(0.0, 0.0)
+        return NoiseEstimate(0.0, 0.0, 0.0)
     used = np.unique(face.numpy())
     centred = ((pos - pos[used].mean(dim=0)) / unit).numpy()
     walk = lazy_walk(topology.edges, len(pos))
-    high, middle, low = _responses(walk, centred, smoothed_normals(walk, pos, face), used)
+    normal = smoothed_normals(walk, pos, face)
+    bands = band_responses(walk, centred, normal, used)
+    high, middle = bands.high, bands.middle
     flatness = _flatness(centred, face.numpy(), _QUANTILE)
     coarse = (middle > _COARSE and flatness < high / 2) or len(used) < _FEW
-    if not coarse:
-        flatness = _flatness(centred, face.numpy(), 0.5)  # the rounded depths of a scan leave many pairs flat
+    is_rounded = False
+    if not coarse:  # the rounded depths of a scan leave many pairs flat
+        quarter, flatness = flatness, _flatness(centred, face.numpy(), 0.5)
+        is_rounded = quarter < flatness / 2
     if high == 0 or flatness == 0:
-        return NoiseEstimate(0.0, 0.0)
+        return NoiseEstimate(0.0, 0.0, 0.0)
     flat = flatness / high
-    explained = min(1.0, flat + flatness)  # strong noise bends the pairs less than it moves the vertices
-    white = explained * high
-    relief = high > _STRONG and (low > _RISE * middle or low > _WIDE)
-    is_shape = coarse or relief or high < _WEAK or middle > _LARGEST * high
+    alternation = float(local_alternation(walk, centred, normal, topology.edges)[used].mean())
+    bent = min(max((flat - _EDGES) / (_RELIEF - _EDGES), 0.0), 1.0)
     limit = min(_WHITE + _SHAPE / high**2, _MOST)
+    is_shape = coarse or _is_shape(bands, alternation, is_rounded)
     excess = 0.0 if is_shape else max((middle / high) ** 2 - limit, 0.0) / _WIDTH
     correlated = excess / (1 + excess)
+    share = correlated + (1 - correlated) * max(float(noise_share(alternation, bent)), _LEAST)
+    explained = min(1.0, flat + flatness)  # strong noise bends the pairs less than it moves the vertices
+    white = share * explained * high
     certain = correlated * min(max(4 * flat - 3, 0.0), 1.0)  # not where sharp edges raise both bands
     variance = (1 - certain) * white**2 + certain * _VARIANCE * middle**2
     bias = float(np.interp(white, _FOUND, _TRUE)) / white
-    return NoiseEstimate(bias * variance**0.5, explained * correlated * _CORRELATION)
+    return NoiseEstimate(bias * variance**0.5, explained * correlated * _CORRELATION, share)
 
 
 def estimate_noise_level(pos: Tensor, face: Tensor, topology: Topology | None = None) -> float:
@@ -143,26 +152,15 @@ def estimate_noise_level(pos: Tensor, face: Tensor, topology: Topology | None = 
     return estimate_noise(pos, face, topology).level
 
 
-def _responses(
-    walk: csr_array, pos: NDArray[np.float64], normal: NDArray[np.float64], used: NDArray[np.int64]
-) -> list[float]:
-    """Responses of the high, middle and low band along the normals, multiples of those of unit white noise."""
-    noise = np.random.default_rng(0).standard_normal((len(pos), 1))
-    signal = np.concatenate([pos, noise], axis=1)
-
-    def response() -> float:
-        along = np.abs((signal[used, :3] * normal[used]).sum(axis=1))
-        scale = np.quantile(np.abs(signal[used, 3]), _QUANTILE)
-        return float(np.quantile(along, _QUANTILE) / scale) if scale > 0 else 0.0
-
-    found = []
-    for differences, means in ((4, 0), (2, 12), (0, 36)):
-        for _ in range(differences):
-            signal = signal - walk @ signal
-        for _ in range(means):
-            signal = walk @ signal
-        found.append(response())
-    return found
+def _is_shape(bands: Bands, alternation: float, is_rounded: bool) -> bool:
+    """Whether bands that look like correlated noise are those of relief, with white noise or without."""
+    high, middle, broad, low = bands
+    return (
+        high < _WEAK
+        or middle > _LARGEST * high
+        or alternation < _ALTERNATION
+        or (low > _RISE * middle and ((low > _WIDE and not is_rounded) or high * broad > _CONVEX * middle**2))
+    )
 
 
 def _flatness(pos: NDArray[np.float64], face: NDArray[np.int64], quantile: float) -> float:

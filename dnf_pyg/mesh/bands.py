@@ -1,0 +1,59 @@
+"""How strongly the vertices of a mesh respond to band-pass filters, in relation to white noise."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_array
+
+__all__ = ["Bands", "band_responses"]
+
+_QUANTILE = 0.25  # of the vertices: larger responses may lie at sharp edges
+_COLUMNS = 4  # of white noise
+
+
+class Bands(NamedTuple):
+    r"""Responses of four bands, from fine to coarse, as multiples of those of white noise of unit variance.
+
+    With the lazy random walk S on the vertices (:func:`~dnf_pyg.mesh.vertex_graph.lazy_walk`), the bands are
+
+    .. math::
+        (\mathbf{I} - \mathbf{S})^4, \qquad \mathbf{S}^{12} (\mathbf{I} - \mathbf{S})^6, \qquad
+        \mathbf{S}^{24} (\mathbf{I} - \mathbf{S})^6, \qquad \mathbf{S}^{48} (\mathbf{I} - \mathbf{S})^6.
+
+    Attributes:
+        high: Response of the finest band, in the unit of the positions.
+        middle: Response of the next one.
+        broad: Response of the one after it.
+        low: Response of the coarsest band.
+    """
+
+    high: float
+    middle: float
+    broad: float
+    low: float
+
+
+def band_responses(
+    walk: csr_array, pos: NDArray[np.float64], normal: NDArray[np.float64], used: NDArray[np.int64]
+) -> Bands:
+    """Filter the positions of the vertices, and measure the results along the normals.
+
+    Args:
+        walk: Lazy random walk on the vertices, (V, V).
+        pos: Vertex positions, (V, 3).
+        normal: Directions to measure along, (V, 3), unit length.
+        used: Vertices that count.
+    """
+    noise = np.random.default_rng(0).standard_normal((len(pos), _COLUMNS))
+    signal = np.concatenate([pos, noise], axis=1)
+    found = []
+    for differences, means in ((4, 0), (2, 12), (0, 12), (0, 24)):
+        for _ in range(differences):
+            signal = signal - walk @ signal
+        for _ in range(means):
+            signal = walk @ signal
+        along = np.abs((signal[used, :3] * normal[used]).sum(axis=1))
+        scale = np.quantile(np.abs(signal[used, 3:]), _QUANTILE)
+        found.append(float(np.quantile(along, _QUANTILE) / scale) if scale > 0 else 0.0)
+    return Bands(*found)
