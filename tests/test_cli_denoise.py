@@ -1,6 +1,7 @@
 """The command ``dnf-pyg denoise`` from file to file."""
 
 import json
+import os
 import re
 import signal
 import subprocess
@@ -110,6 +111,26 @@ def test_pages_of_several_inputs_and_their_index(call, noisy_file, tmp_path):
     assert [name in index for name in ('href="a.ply.html"', 'href="b.ply.html"', ">768<")] == [True, True, True]
     status, _, err = call(tmp_path / "in", "-o", tmp_path / "out", "--report", tmp_path / "absent")
     assert (status, "Expected a folder for --report" in err) == (2, True)
+
+
+def test_names_that_are_not_utf8(call, noisy_file, tmp_path):
+    folders = [tmp_path / name for name in ("in", "out", "pages")]
+    for folder in folders:
+        folder.mkdir()
+    name = os.fsdecode(b"a\xff.ply")
+    try:
+        (tmp_path / "in" / name).write_bytes(noisy_file.read_bytes())
+    except OSError:
+        pytest.skip("this file system takes names in UTF-8 only")
+    status, out, _ = call(tmp_path / "in", "-o", tmp_path / "out", "--report", tmp_path / "pages")
+    assert status == 0
+    assert r"a\udcff.ply: 768 faces" in out
+    assert (tmp_path / "out" / name).is_file()
+    assert (tmp_path / "pages" / f"{name}.html").is_file()
+    assert r'<a href="a%FF.ply.html">a\udcff.ply</a>' in (tmp_path / "pages" / "index.html").read_text("utf-8")
+    page = tmp_path / os.fsdecode(b"\xfe.html")
+    assert main(["view", str(tmp_path / "in" / name), str(noisy_file), "-o", str(page)]) == 0
+    assert r"a\udcff.ply" in page.read_text("utf-8")
 
 
 def test_options_from_a_file(call, noisy_file, tmp_path):
