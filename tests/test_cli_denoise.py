@@ -196,6 +196,12 @@ def test_one_input_into_a_folder(call, noisy_file, tmp_path):
     assert read_mesh(tmp_path / "out" / noisy_file.name).face.size(1) == 768
 
 
+def test_input_of_an_unknown_format_is_told_as_such_also_into_a_folder(call, tmp_path):
+    (tmp_path / "mesh.ply.gz").write_bytes(b"")
+    status, _, err = call(tmp_path / "mesh.ply.gz", "-o", tmp_path)
+    assert (status, "Expected a mesh file ending in .obj" in err, "Convert it first." in err) == (2, True, True)
+
+
 def test_folder_passes_over_what_is_no_mesh_and_names_each_in_warnings(call, noisy_file, tmp_path):
     folder = tmp_path / "in"
     (folder / "old.ply").mkdir(parents=True)
