@@ -1,6 +1,7 @@
 """The command ``dnf-pyg denoise`` from file to file."""
 
 import json
+import os
 import re
 import signal
 import subprocess
@@ -112,6 +113,26 @@ def test_pages_of_several_inputs_and_their_index(call, noisy_file, tmp_path):
     assert (status, "Expected a folder for --report" in err) == (2, True)
 
 
+def test_names_that_are_not_utf8(call, noisy_file, tmp_path):
+    folders = [tmp_path / name for name in ("in", "out", "pages")]
+    for folder in folders:
+        folder.mkdir()
+    name = os.fsdecode(b"a\xff.ply")
+    try:
+        (tmp_path / "in" / name).write_bytes(noisy_file.read_bytes())
+    except OSError:
+        pytest.skip("this file system takes names in UTF-8 only")
+    status, out, _ = call(tmp_path / "in", "-o", tmp_path / "out", "--report", tmp_path / "pages")
+    assert status == 0
+    assert r"a\udcff.ply: 768 faces" in out
+    assert (tmp_path / "out" / name).is_file()
+    assert (tmp_path / "pages" / f"{name}.html").is_file()
+    assert r'<a href="a%FF.ply.html">a\udcff.ply</a>' in (tmp_path / "pages" / "index.html").read_text("utf-8")
+    page = tmp_path / os.fsdecode(b"\xfe.html")
+    assert main(["view", str(tmp_path / "in" / name), str(noisy_file), "-o", str(page)]) == 0
+    assert r"a\udcff.ply" in page.read_text("utf-8")
+
+
 def test_options_from_a_file(call, noisy_file, tmp_path):
     (tmp_path / "many.yaml").write_text("strength: 0.0\nnum_iterations: 3\n")
     assert call(noisy_file, "-o", tmp_path / "out.ply", "-c", tmp_path / "many.yaml")[0] == 0
@@ -173,6 +194,12 @@ def test_one_input_into_a_folder(call, noisy_file, tmp_path):
     assert call(noisy_file, "-o", tmp_path / "out")[0] == 2  # not left out in silence, as one of many is
     assert call(noisy_file, "-o", tmp_path / "out", "--overwrite", "--picture", tmp_path / "out" / "a.png")[0] == 0
     assert read_mesh(tmp_path / "out" / noisy_file.name).face.size(1) == 768
+
+
+def test_input_of_an_unknown_format_is_told_as_such_also_into_a_folder(call, tmp_path):
+    (tmp_path / "mesh.ply.gz").write_bytes(b"")
+    status, _, err = call(tmp_path / "mesh.ply.gz", "-o", tmp_path)
+    assert (status, "Expected a mesh file ending in .obj" in err, "Convert it first." in err) == (2, True, True)
 
 
 def test_folder_passes_over_what_is_no_mesh_and_names_each_in_warnings(call, noisy_file, tmp_path):

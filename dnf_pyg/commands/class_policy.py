@@ -1,18 +1,17 @@
 """Which classes a config may name: those of a few packages, and of modules that the command line allows."""
 
 import argparse
-import re
 from collections.abc import Sequence
 
 from jsonargparse import set_parsing_settings
 
 from dnf_pyg.errors import DataError
 
-__all__ = ["HOW", "reason_of", "restrict_classes"]
+__all__ = ["HOW", "PACKAGES", "restrict_classes"]
 
-_PACKAGES = ("dnf_pyg", "lightning", "torch", "torch_geometric")
+PACKAGES = ("dnf_pyg", "lightning", "torch", "torch_geometric")
 HOW = (
-    f"A config may name classes of {', '.join(_PACKAGES)}. Those of other modules need --allow_class MODULE on the "
+    f"A config may name classes of {', '.join(PACKAGES)}. Those of other modules need --allow_class MODULE on the "
     "command line, once for each module. A config is code: run only those that you trust."
 )
 
@@ -33,18 +32,7 @@ def restrict_classes(words: Sequence[str]) -> list[str]:
     parser.add_argument("--allow_class", action="append", default=[])
     try:
         options, rest = parser.parse_known_args(list(words))
-        set_parsing_settings(import_path_denylist=["*"], import_path_allowlist=[*_PACKAGES, *options.allow_class])
+        set_parsing_settings(import_path_denylist=["*"], import_path_allowlist=[*PACKAGES, *options.allow_class])
     except (argparse.ArgumentError, ValueError) as error:
         raise DataError(f"Expected --allow_class with the name of a module (got {error}). Give one.") from error
     return rest
-
-
-def reason_of(error: argparse.ArgumentError) -> str:
-    """What is wrong with an argument or a config; a class that may not be named is told in one sentence."""
-    denied = re.search(r"Importing '([\w.]+)' is not allowed", str(error))
-    if denied is None:
-        return str(error)
-    return (
-        f"Expected classes of {', '.join(_PACKAGES)} or of modules allowed by --allow_class (got '{denied[1]}'). "
-        f"Add `--allow_class {denied[1].partition('.')[0]}` if you trust it"
-    )

@@ -17,6 +17,7 @@ from dnf_pyg.commands.terminal import printable, tell
 from dnf_pyg.errors import DNFError, MeshFileError, OptionError
 from dnf_pyg.io import find_meshes, read_mesh, write_mesh
 from dnf_pyg.io.atomic import check_writable
+from dnf_pyg.io.files import check_suffix
 from dnf_pyg.io.selection import read_selection
 from dnf_pyg.nn import Cascade
 from dnf_pyg.nn.inference import inference_device
@@ -104,6 +105,7 @@ def _run_one(
     path: Path, output: Path, page: Path | None, cascade: Cascade, options: DenoiseOptions, place: str
 ) -> dict[str, Any]:
     start = time.perf_counter()
+    check_suffix(path)  # where the output is named after the input, it is the input that is wrong
     check_output(output, overwrite=options.overwrite)
     for target, suffixes in ((options.picture, (".png",)), (page, (".html", ".htm"))):
         if target is not None:

@@ -6,14 +6,15 @@ import difflib
 import re
 import textwrap
 import types
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
 from pkgutil import resolve_name
 from typing import Any, Literal, TypeVar, get_args, get_origin, get_type_hints
 
 from docstring_parser import DocstringStyle, parse
 from jsonargparse import ArgumentParser, Namespace
 
-from dnf_pyg.commands.class_policy import reason_of
+from dnf_pyg.commands.reasons import reason_of
 from dnf_pyg.errors import OptionError
 
 __all__ = ["option_parser", "parse_options", "summary"]
@@ -21,7 +22,7 @@ __all__ = ["option_parser", "parse_options", "summary"]
 T = TypeVar("T")
 
 _SHORT = {"output": "-o"}
-_NOUNS = {int: "a whole number", float: "a number", bool: "true or false"}
+_NOUNS = {int: "a whole number", float: "a number", bool: "true or false", Path: "a path", str: "a text"}
 
 
 def option_parser(kind: type, prog: str) -> ArgumentParser:
@@ -81,7 +82,7 @@ def parse_options(parser: ArgumentParser, kind: type[T], words: Sequence[str]) -
                 parser.set_defaults({name: _default(value) for name, value in preset.items() if name in found})
                 found = parser.parse_args(words)
     except argparse.ArgumentError as error:
-        raise OptionError(_reason(reason_of(error), parser, kind)) from error
+        raise OptionError(_reason(error, parser, kind)) from error
     return _build(kind, found), found
 
 
@@ -162,7 +163,7 @@ def _argument(field: dataclasses.Field, hint: Any, text: str, positional: bool) 
         text += f" Default: {' '.join(field.default) if isinstance(field.default, tuple) else field.default}."
     if kind is bool:
         return {"action": "store_true", "help": text}
-    kind = _number if kind is float else kind
+    kind = _READERS.get(kind, kind)
     options: dict[str, Any] = {"type": kind, "help": text.replace("%", "%%"), "metavar": _metavar(field)}
     if not required:
         options["default"] = _default(field.default)
@@ -175,9 +176,27 @@ def _argument(field: dataclasses.Field, hint: Any, text: str, positional: bool) 
     return options
 
 
-def _number(value: str | float) -> float:
-    """Read a number; that of jsonargparse does not know infinity."""
-    return float(value)
+def _number(value: Any) -> float:
+    """Read a number; jsonargparse reads words as YAML, which does not know infinity."""
+    try:
+        return float(value)
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"Got value: {value}") from error
+
+
+def _path(value: Any) -> Path:
+    """Read a path; YAML has no bytes that are not UTF-8, as names of files may have."""
+    return Path(_text(value))
+
+
+def _text(value: Any) -> str:
+    """Read a text, which may be a path, too; one of a config file may be anything else."""
+    if not isinstance(value, str | Path):
+        raise ValueError(f"Got value: {value}")
+    return str(value)
+
+
+_READERS: dict[Any, Callable[[Any], Any]] = {float: _number, Path: _path, str: _text}
 
 
 def _default(value: Any) -> Any:
@@ -215,12 +234,12 @@ def _description(kind: type) -> str:
     return "\n\n".join(filter(None, [text.short_description, *shown, text.long_description]))
 
 
-def _reason(message: str, parser: ArgumentParser, kind: type) -> str:
+def _reason(error: argparse.ArgumentError, parser: ArgumentParser, kind: type) -> str:
     """Describe a parsing error in one line."""
     help_hint = f"See `{parser.prog} --help`."
-    message = " ".join(message.split())
-    if message.startswith("Expected classes of"):
-        return f"{message}."
+    message = " ".join(str(error).split())
+    if single := re.search(r"Parser key \"(\w+)\".* '(\w+)' object (?:is not iterable|does not support item)", message):
+        return f"Expected '{single[1]}' to be a list (got one {single[2]}). Write it in brackets."
     if unknown := re.search(r"unrecognized arguments: (-[^\s=]*)", message):
         known = [f"--{name}" for name in [*parser.get_defaults().keys(), "help"]]
         near = difflib.get_close_matches(unknown[1].replace("-", "_").replace("__", "--", 1), known, n=1)
@@ -236,4 +255,9 @@ def _reason(message: str, parser: ArgumentParser, kind: type) -> str:
                 choices = get_args(element) if get_origin(element) is Literal else ()
                 noun = f"one of {', '.join(choices)}" if choices else _NOUNS.get(element, f"a {element}")
                 return f"Expected '{wrong[1]}' to be {noun} (got {wrong[2]}). {help_hint}"
-    return f"Expected options of `{parser.prog}` (got: {message}). {help_hint}"
+    reason = reason_of(error)
+    return (
+        f"{reason}. {help_hint}"
+        if reason.startswith("Expected")
+        else f"Expected options of `{parser.prog}` (got: {reason}). {help_hint}"
+    )

@@ -8,6 +8,7 @@ import warnings
 from collections.abc import Sequence
 from typing import Any
 
+from lightning.fabric.utilities.exceptions import MisconfigurationException
 from lightning.pytorch import Callback, LightningModule, Trainer
 
 from dnf_pyg.commands.class_policy import restrict_classes
@@ -69,7 +70,7 @@ def run(words: Sequence[str]) -> None:
             enable_checkpointing=False,
             enable_model_summary=False,
         )
-    except (ValueError, RuntimeError) as error:  # Lightning's MisconfigurationException is neither typed nor exported
+    except (ValueError, RuntimeError, MisconfigurationException) as error:
         raise OptionError(f"Expected a trainer of this machine (got '{error}'). Change --trainer.") from error
     trainer.predict(module, files, return_predictions=False)
     failures = module.failures_of_all()

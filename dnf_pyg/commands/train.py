@@ -7,12 +7,14 @@ from pathlib import Path
 from typing import Any
 
 import torch
+from lightning.fabric.utilities.exceptions import MisconfigurationException
 from lightning.pytorch import Trainer
 from lightning.pytorch.cli import LightningArgumentParser, LightningCLI
 from lightning.pytorch.loggers import CSVLogger
 
-from dnf_pyg.commands.class_policy import HOW, reason_of, restrict_classes
+from dnf_pyg.commands.class_policy import HOW, restrict_classes
 from dnf_pyg.commands.configs import find_config
+from dnf_pyg.commands.reasons import reason_of
 from dnf_pyg.commands.run_folder import keep_curve, last_checkpoint, number_loggers, unnumbered_loggers
 from dnf_pyg.errors import DataError
 from dnf_pyg.train.module import NormalFilteringModule
@@ -46,6 +48,23 @@ class TrainingCLI(LightningCLI):
         number_loggers(self._numbered, last if self.subcommand == "fit" else None)
         if last is not None:
             options.ckpt_path = str(last)
+
+    def instantiate_classes(self) -> None:
+        """Make the objects that the config describes.
+
+        Raises:
+            DataError: If one of them refuses its arguments.
+        """
+        try:
+            super().instantiate_classes()
+        except (TypeError, ValueError, MisconfigurationException) as error:
+            first: BaseException = error
+            while first.__cause__ is not None:
+                first = first.__cause__
+            text = " ".join(str(first).split())
+            if not text.startswith("Expected"):
+                text = f"Expected arguments that Lightning takes (got: {text}) Change the config."
+            raise DataError(text) from error
 
     def instantiate_trainer(self, **kwargs: Any) -> Trainer:
         """Make the trainer; the config that is kept beside its results is for any further run."""

@@ -104,17 +104,20 @@ def write_page(
         histograms=histograms,
         data=_view_data(sides, modes, camera),
     )
-    write_bytes(Path(path), page.encode())
+    write_bytes(Path(path), page)
 
 
-def render_page(name: str, **values: object) -> str:
-    """Fill a template of this package, with the style of all pages and, if there is one, the script of its name."""
+def render_page(name: str, **values: object) -> bytes:
+    """Fill a template of this package, with the style of all pages and, if there is one, the script of its name.
+
+    Bytes of file names that are not UTF-8 are shown escaped.
+    """
     folder = files("dnf_pyg.view")
     style, template = folder.joinpath("report.css").read_text("utf-8"), folder.joinpath(f"{name}.html")
     script = folder.joinpath(f"{name}.js")
     program = script.read_text("utf-8") if script.is_file() else ""
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
-    return environment.from_string(template.read_text("utf-8")).render(
+    page = environment.from_string(template.read_text("utf-8")).render(
         **values,
         version=version("dnf-pyg"),
         style=Markup(style),
@@ -122,6 +125,7 @@ def render_page(name: str, **values: object) -> str:
         script=Markup(program),
         script_hash=_content_hash(program),
     )
+    return page.encode(errors="backslashreplace")
 
 
 def _blends(sides: Sequence[Side]) -> bool:

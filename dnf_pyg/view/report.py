@@ -1,8 +1,10 @@
 """The pages that show a mesh before and after denoising, any meshes, and the pages of several meshes."""
 
+import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
+from urllib.parse import quote
 
 import torch
 from torch import Tensor
@@ -109,7 +111,8 @@ def write_index(path: str | Path, pages: Mapping[str, tuple[str, Sequence[str]]]
     Raises:
         OutputError: If the page cannot be written.
     """
-    write_bytes(Path(path), render_page("index", title="Denoised meshes", pages=pages, columns=columns).encode())
+    linked = {name: (quote(os.fsencode(file)), figures) for name, (file, figures) in pages.items()}
+    write_bytes(Path(path), render_page("index", title="Denoised meshes", pages=linked, columns=columns))
 
 
 def _movement_mode(moved: Tensor) -> Mode:

@@ -102,6 +102,10 @@ def test_config_file_has_the_same_names(tmp_path):
         (["a", "-o", "c", "--names", "one", "six"], r"'names' to be one of one, two \(got six\)"),
         (["a", "-o", "c", "--mode", "mid"], r"'mode' to be one of fast, slow \(got mid\)"),
         (["", "-o", "c"], r"Expected no empty words"),
+        (
+            ["a", "-o", "c", "-c", "\udcff.yaml"],
+            r"^Expected 'config' in UTF-8 \(got other bytes\). Give .* in UTF-8. See `prog",
+        ),
         (["a", "-o", "c", "-c", "absent.yaml"], r"absent.yaml"),
     ],
 )
@@ -117,6 +121,27 @@ def test_choice_that_begins_with_a_dash():
         assert parse_options(parser, ViewOptions, ["a.ply", *words])[0].view == "-x"
     with pytest.raises(OptionError, match="Expected a value for --view"):
         parse_options(option_parser(ViewOptions, "view"), ViewOptions, ["a.ply", "--view", "-o"])
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("paths: a.ply", r"^Expected 'paths' to be a list \(got one str\). Write it in brackets.$"),
+        ("paths: [3]", r"'paths' to be a path \(got 3\)"),
+        ("output: [c]", r"'output' to be a path \(got \['c'\]\)"),
+        ("names: [3]", r"'names' to be a text \(got 3\)"),
+        ("share: half", r"'share' to be a number \(got half\)"),
+    ],
+)
+def test_wrong_values_in_a_config_file(tmp_path, text, reason):
+    (tmp_path / "some.yaml").write_text(text)
+    with pytest.raises(OptionError, match=reason):
+        parse("a", "-o", "c", "-c", str(tmp_path / "some.yaml"))
+
+
+def test_names_that_are_not_utf8():
+    found = parse("a\udcff", "\udcff", "-o", "\udcfe.ply")
+    assert (found.paths, found.output) == ((Path("a\udcff"), Path("\udcff")), Path("\udcfe.ply"))
 
 
 def test_unknown_key_in_a_config_file(tmp_path):

@@ -67,7 +67,7 @@ def write_results(folder: Path, data: str, rows: Sequence[Row], failures: Sequen
         "results.csv": csv_table([field.name for field in fields(Row)], (asdict(row).values() for row in rows)),
         "results.json": json.dumps(content, indent=1) + "\n",
     }
-    write_files({folder / name: text.encode() for name, text in texts.items()})
+    write_files({folder / name: text.encode(errors="backslashreplace") for name, text in texts.items()})
     draw_plots(folder, rows)
 
 
