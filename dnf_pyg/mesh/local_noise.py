@@ -47,6 +47,10 @@ class LocalNoise:
     responds to sharp edges. The deviations of pairs of adjacent faces from a plane respond to curvature; but where
     part of the pairs are flat, those at edges stand out and are left out.
 
+    Relief whose waves are only a few edges long fools both readings. There the part of it that is noise follows from
+    its alternation (:mod:`dnf_pyg.mesh.alternation`), around the vertex or on the whole mesh, whichever is larger. This
+    part counts squared, which is cautious: where detail is as strong as noise, filtering removes both.
+
     Two kinds of noise leave or make flat pairs too. Impulsive noise spares many vertices: where neighbours are bent
     in opposite directions, as noise bends them and edges do not, and around there, the high-pass filter counts. For
     correlated noise, which bends pairs less, a multiple of the level of the whole mesh counts if it is larger.
@@ -99,8 +103,7 @@ class LocalNoise:
             sharp, bent = self._high_pass(), self._bending()
             alternation = local_alternation(self._walk, self._pos.numpy(), self._across, topology.edges)
             flat = (_quotient(bent, sharp) - _EDGES) / (_RELIEF - _EDGES)
-            around = noise_share(alternation, np.clip(flat, 0, 1))
-            share = np.maximum(around, self.estimate.share)
+            share = np.maximum(noise_share(alternation, np.clip(flat, 0, 1)), self.estimate.share)
             bent = np.maximum(bent, self._alternating(topology.edges, sharp))
             correlated = self.estimate.is_correlated  # such noise bends pairs of faces less than it displaces them
             seen = sharp if correlated else share**2 * np.minimum(sharp, bent)

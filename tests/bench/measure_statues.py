@@ -42,17 +42,18 @@ def main(data):
             coarse = coarsen(mesh.pos, mesh.face, size / mesh.face.size(1))
             for level in LEVELS:
                 noise, before, after, left_alone = measure(coarse.pos, coarse.face, level)
-                thetas.setdefault((level, size), []).append((before, after))
+                thetas.setdefault((level, size), []).append((before, after, noise.is_correlated))
                 cells = (f"{level}", f"{noise.level:.3f}", f"{before:.2f}", f"{after:.2f}", f"{left_alone:.0%}")
                 rows.append([path.stem, str(coarse.face.size(1)), *cells])
                 print(*rows[-1], file=sys.stderr, flush=True)
     print(markdown_table(["mesh", "faces", "noise", "estimate", "noisy", "denoised", "left alone"], rows))
     summary = []
     for (level, size), pairs in sorted(thetas.items()):
-        before, after = torch.tensor(pairs).mean(dim=0).tolist()
-        worse = sum(last > first + WORSE for first, last in pairs)
-        summary.append([f"{level}", str(size), str(len(pairs)), f"{before:.2f}", f"{after:.2f}", str(worse)])
-    print(markdown_table(["noise", "faces", "meshes", "noisy", "denoised", "worse by 0.3"], summary))
+        before, after, _ = torch.tensor(pairs).mean(dim=0).tolist()
+        worse, scans = sum(last > first + WORSE for first, last, _ in pairs), sum(scan for _, _, scan in pairs)
+        cells = (f"{before:.2f}", f"{after:.2f}", str(worse), str(scans))
+        summary.append([f"{level}", str(size), str(len(pairs)), *cells])
+    print(markdown_table(["noise", "faces", "meshes", "noisy", "denoised", "worse by 0.3", "read as scans"], summary))
 
 
 if __name__ == "__main__":

@@ -23,7 +23,7 @@ def completed(script, *words):
         (["experiment", "series", "--me"], ["--meshes"]),
         (["weights", "ex"], ["export"]),
         (["weights", "export", "--li"], ["--licence"]),
-        (["fit", "-c", "synthetic_"], ["synthetic_short"]),
+        (["fit", "-c", "synthetic_"], ["synthetic_cpu"]),
         (["denoise", "a.p"], []),
     ],
     ids=lambda words: " ".join(words),
