@@ -44,6 +44,7 @@ class CleanMeshesDataModule(PatchDataModule):
         cache: str | None = None,
     ) -> None:
         super().__init__(cache or root, patches, loader, val_share, broken)
+        self.save_hyperparameters({"noise_level": list(noise_level)})  # weights tell what they were trained for
         self.root = root
         self.names = names
         self.make_dataset = partial(

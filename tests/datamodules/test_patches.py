@@ -15,6 +15,7 @@ from dnf_pyg.errors import DataError
 from dnf_pyg.nn import DNFNet
 from dnf_pyg.patches import PatchOptions
 from dnf_pyg.train.module import NormalFilteringModule
+from dnf_pyg.weights.load import load_network
 
 SMALL = {"patches": PatchOptions(num_patches=3, patch_size=30, k=8), "loader": LoaderOptions(batch_size=2)}
 
@@ -106,3 +107,10 @@ def test_shares_of_all_processes_are_every_patch_once(monkeypatch):
         monkeypatch.setattr(sampling, "_processes", lambda rank=rank: (3, rank))
         shares += list(sampling.ShareSampler(range(8)))
     assert sorted(shares) == list(range(8))
+
+
+@pytest.mark.parametrize("kind", ["clean", "generated"])
+def test_weights_tell_the_noise_levels_of_their_training(kind, make, trainer, tmp_path):
+    trainer.fit(network(), make(kind, noise_level=(0.1, 0.4), val_share=0))
+    trainer.save_checkpoint(tmp_path / "last.ckpt")
+    assert load_network(tmp_path / "last.ckpt").noise_range == (0.1, 0.4)
