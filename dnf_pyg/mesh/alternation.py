@@ -5,7 +5,9 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import csr_array
 from torch import Tensor
 
-__all__ = ["local_alternation", "noise_share"]
+from dnf_pyg.mesh.vertex_graph import walk_differences, walk_means
+
+__all__ = ["local_alternation", "neighbor_products", "noise_share"]
 
 _STEPS = 40  # of the lazy walk: means over about 120 vertices
 _COLUMNS = 4  # of white noise
@@ -41,28 +43,24 @@ def local_alternation(
         shapes; 0 where the surface is flat.
     """
     signal = np.concatenate([pos, np.random.default_rng(0).standard_normal((len(pos), _COLUMNS))], axis=1)
-    for _ in range(2):
-        signal = signal - walk @ signal
-    one, other = edge.numpy()
+    signal = walk_differences(walk, signal, 2)
     detail = np.column_stack([(signal[:, :3] * normal).sum(axis=1), signal[:, 3:]])
-    typical = np.square(_around(walk, np.sqrt(np.abs(detail))))  # about the median of its absolute value
-    detail = np.clip(detail, -typical, typical)
-    products = np.zeros((len(pos), 1 + _COLUMNS))
-    squares = np.zeros_like(products)
-    for end in (one, other):
-        np.add.at(products, end, detail[one] * detail[other])
-        np.add.at(squares, end, (np.square(detail[one]) + np.square(detail[other])) / 2)
+    typical = np.square(walk_means(walk, np.sqrt(np.abs(detail)), _STEPS))  # about the median of its absolute value
+    products, squares = neighbor_products(np.clip(detail, -typical, typical), edge)
     reference = products[:, 1:].sum() / max(squares[:, 1:].sum(), 1e-300)
-    mean = _around(walk, np.column_stack([products[:, 0], squares[:, 0]]))
+    mean = walk_means(walk, np.column_stack([products[:, 0], squares[:, 0]]), _STEPS)
     expected = reference * mean[:, 1]
     return np.divide(mean[:, 0], expected, out=np.zeros(len(pos)), where=expected != 0)
 
 
-def _around(walk: csr_array, values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Means of values (V, C) around each vertex."""
-    for _ in range(_STEPS):
-        values = walk @ values
-    return values
+def neighbor_products(values: NDArray[np.float64], edge: Tensor) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Sum, over the edges (2, U) at each vertex, the products of values (V, ...) and the means of their squares."""
+    one, other = edge.numpy()
+    products, squares = np.zeros_like(values), np.zeros_like(values)
+    for end in (one, other):
+        np.add.at(products, end, values[one] * values[other])
+        np.add.at(squares, end, (np.square(values[one]) + np.square(values[other])) / 2)
+    return products, squares
 
 
 def noise_share(alternation: ArrayLike, bent: ArrayLike) -> NDArray[np.float64]:

@@ -6,6 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
+from dnf_pyg.mesh.vertex_graph import walk_differences, walk_means
+
 __all__ = ["Bands", "band_responses"]
 
 _QUANTILE = 0.25  # of the vertices: larger responses may lie at sharp edges
@@ -49,10 +51,7 @@ def band_responses(
     signal = np.concatenate([pos, noise], axis=1)
     found = []
     for differences, means in ((4, 0), (2, 12), (0, 12), (0, 24)):
-        for _ in range(differences):
-            signal = signal - walk @ signal
-        for _ in range(means):
-            signal = walk @ signal
+        signal = walk_means(walk, walk_differences(walk, signal, differences), means)
         along = np.abs((signal[used, :3] * normal[used]).sum(axis=1))
         scale = np.quantile(np.abs(signal[used, 3:]), _QUANTILE)
         found.append(float(np.quantile(along, _QUANTILE) / scale) if scale > 0 else 0.0)

@@ -7,13 +7,13 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 from torch import Tensor
 
-from dnf_pyg.mesh.alternation import local_alternation, noise_share
+from dnf_pyg.mesh.alternation import local_alternation, neighbor_products, noise_share
 from dnf_pyg.mesh.concentration import concentration
 from dnf_pyg.mesh.flatness import pair_deviations
 from dnf_pyg.mesh.geometry import angular_difference, edge_lengths, face_areas, face_normals
 from dnf_pyg.mesh.noise_level import NoiseEstimate, estimate_noise
 from dnf_pyg.mesh.topology import Topology
-from dnf_pyg.mesh.vertex_graph import lazy_walk, smoothed_normals
+from dnf_pyg.mesh.vertex_graph import lazy_walk, smoothed_normals, walk_differences, walk_means
 
 __all__ = ["LocalNoise"]
 
@@ -177,16 +177,13 @@ class LocalNoise:
 
     def _around(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
         """Means of values (V, C) around each vertex."""
-        for _ in range(_STEPS):
-            values = self._walk @ values
-        return values
+        return walk_means(self._walk, values, _STEPS)
 
     def _high_pass(self) -> NDArray[np.float64]:
         """Reading of the high-pass filter, (V,)."""
         noise = np.random.default_rng(0).standard_normal((len(self._pos), 4))
         signal = np.concatenate([self._pos.numpy(), noise], axis=1)
-        for _ in range(4):
-            signal = signal - self._walk @ signal
+        signal = walk_differences(self._walk, signal, 4)
         along = np.abs((signal[:, :3] * self._across).sum(axis=1))
         white = _MEAN * np.sqrt(np.square(signal[:, 3:]).mean(axis=1))
         mean = self._around(np.stack([along, white], axis=1))
@@ -214,12 +211,8 @@ class LocalNoise:
 
     def _alternating(self, edge: Tensor, found: NDArray[np.float64]) -> NDArray[np.float64]:
         """Mean of a reading (V,) over the vertices around that are bent against their neighbours, or 0."""
-        bend = ((self._pos.numpy() - self._walk @ self._pos.numpy()) * self._across).sum(axis=1)
-        one, other = edge.numpy()
-        sums = np.zeros((len(self._pos), 2))
-        for end in (one, other):
-            np.add.at(sums[:, 0], end, bend[one] * bend[other])
-            np.add.at(sums[:, 1], end, (np.square(bend[one]) + np.square(bend[other])) / 2)
+        bend = (walk_differences(self._walk, self._pos.numpy(), 1) * self._across).sum(axis=1)
+        sums = np.stack(neighbor_products(bend, edge), axis=1)
         product, square = self._around(sums).T
         noisy = (product < _ALTERNATING * square) & (found < _STEPPED * self._unit)
         share, mean = self._around(np.stack([noisy, noisy * found], axis=1)).T

@@ -7,7 +7,7 @@ from torch import Tensor
 
 from dnf_pyg.mesh.geometry import vertex_normals
 
-__all__ = ["lazy_walk", "smoothed_normals", "vertex_adjacency"]
+__all__ = ["lazy_walk", "smoothed_normals", "vertex_adjacency", "walk_differences", "walk_means"]
 
 
 def vertex_adjacency(edge: Tensor, num_vertices: int) -> csr_array:
@@ -62,6 +62,20 @@ def lazy_walk(edge: Tensor, num_vertices: int) -> csr_array:
     degree = np.diff(adjacency.indptr)
     stay = np.where(degree > 0, 0.5, 1.0)
     return csr_array(diags_array(stay) + diags_array(0.5 / np.maximum(degree, 1)) @ adjacency)
+
+
+def walk_means(walk: csr_array, values: NDArray[np.float64], num_steps: int) -> NDArray[np.float64]:
+    """Replace values (V, ...) by their means around each vertex, as many times as ``num_steps``."""
+    for _ in range(num_steps):
+        values = walk @ values
+    return values
+
+
+def walk_differences(walk: csr_array, values: NDArray[np.float64], num_steps: int) -> NDArray[np.float64]:
+    """Subtract from values (V, ...) their means around each vertex, as many times as ``num_steps``."""
+    for _ in range(num_steps):
+        values = values - walk @ values
+    return values
 
 
 def smoothed_normals(walk: csr_array, pos: Tensor, face: Tensor) -> NDArray[np.float64]:

@@ -3,7 +3,7 @@ import pytest
 import torch
 import trimesh
 
-from dnf_pyg.mesh.alternation import local_alternation, noise_share
+from dnf_pyg.mesh.alternation import local_alternation, neighbor_products, noise_share
 from dnf_pyg.mesh.coarse import coarsen
 from dnf_pyg.mesh.noise import CorrelatedNoise, GaussianNormalNoise
 from dnf_pyg.mesh.topology import Topology
@@ -88,6 +88,17 @@ def test_flat_surface_and_no_edges_have_none():
     assert np.isfinite(found).all()
     empty = alternation(torch.zeros(3, 3, dtype=torch.double), torch.zeros(3, 0, dtype=torch.long))
     assert empty.tolist() == [0, 0, 0]
+
+
+def test_products_of_neighbours_equal_a_loop():
+    edge, values = torch.tensor([[0, 0, 1], [1, 2, 2]]), np.array([[1.0, 2.0], [3.0, -1.0], [5.0, 0.5], [7.0, 7.0]])
+    products, squares = np.zeros((4, 2)), np.zeros((4, 2))
+    for one, other in edge.t().tolist():
+        for end in (one, other):
+            products[end] += values[one] * values[other]
+            squares[end] += (values[one] ** 2 + values[other] ** 2) / 2
+    for found, expected in zip(neighbor_products(values, edge), (products, squares), strict=True):
+        np.testing.assert_allclose(found, expected)
 
 
 def test_share_of_noise():

@@ -9,7 +9,7 @@ from torch import Generator, Tensor
 
 from dnf_pyg.mesh.geometry import edges, vertex_normals
 from dnf_pyg.mesh.noise.model import Noise, noise_scale
-from dnf_pyg.mesh.vertex_graph import lazy_walk
+from dnf_pyg.mesh.vertex_graph import lazy_walk, walk_means
 
 __all__ = ["CorrelatedNoise", "RayNoise", "ScanNoise", "correlated_field"]
 
@@ -44,9 +44,7 @@ def correlated_field(
     total = np.zeros(num_vertices)
     for length, share in zip(lengths, shares, strict=True):
         part = torch.randn(num_vertices, generator=generator, dtype=torch.double).numpy()
-        for _ in range(round(length**2)):
-            part = walk @ part
-        total += math.sqrt(share) * _unit_rms(part * used)
+        total += math.sqrt(share) * _unit_rms(walk_means(walk, part, round(length**2)) * used)
     return torch.from_numpy(_unit_rms(total))
 
 
