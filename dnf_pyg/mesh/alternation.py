@@ -3,22 +3,18 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import csr_array
-from torch import Tensor
 
-from dnf_pyg.mesh.vertex_graph import walk_differences, walk_means
+from dnf_pyg.mesh.vertex_graph import walk_means
 
 __all__ = ["local_alternation", "neighbor_products", "noise_share"]
 
 _STEPS = 40  # of the lazy walk: means over about 120 vertices
-_COLUMNS = 4  # of white noise
 
 # Means over clean shapes are at most 0.68, over white noise that is stronger than the detail at least 0.9
 _SHAPE, _NOISE = 0.6, 0.95
 
 
-def local_alternation(
-    walk: csr_array, pos: NDArray[np.float64], normal: NDArray[np.float64], edge: Tensor
-) -> NDArray[np.float64]:
+def local_alternation(walk: csr_array, detail: NDArray[np.float64], white: NDArray[np.float64]) -> NDArray[np.float64]:
     r"""Correlate the finest detail of the surface at the two ends of an edge, around each vertex.
 
     White noise bends neighbouring vertices in opposite directions. Sharp edges and the detail of a shape do so less,
@@ -34,33 +30,28 @@ def local_alternation(
 
     Args:
         walk: Lazy random walk on the vertices, (V, V), see :func:`~dnf_pyg.mesh.vertex_graph.lazy_walk`.
-        pos: Vertex positions, (V, 3).
-        normal: Directions along which detail is measured, (V, 3), unit length.
-        edge: Undirected edges, (2, U).
+        detail: The values b, (V,).
+        white: Columns of white noise after the same filter, (V, C).
 
     Returns:
         The correlations in relation to those of white noise, (V,): about 1 for white noise, 0.2 to 0.6 for clean
         shapes; 0 where the surface is flat.
     """
-    signal = np.concatenate([pos, np.random.default_rng(0).standard_normal((len(pos), _COLUMNS))], axis=1)
-    signal = walk_differences(walk, signal, 2)
-    detail = np.column_stack([(signal[:, :3] * normal).sum(axis=1), signal[:, 3:]])
-    typical = np.square(walk_means(walk, np.sqrt(np.abs(detail)), _STEPS))  # about the median of its absolute value
-    products, squares = neighbor_products(np.clip(detail, -typical, typical), edge)
+    values = np.column_stack([detail, white])
+    typical = np.square(walk_means(walk, np.sqrt(np.abs(values)), _STEPS))  # about the median of the absolute values
+    products, squares = neighbor_products(walk, np.clip(values, -typical, typical))
     reference = products[:, 1:].sum() / max(squares[:, 1:].sum(), 1e-300)
     mean = walk_means(walk, np.column_stack([products[:, 0], squares[:, 0]]), _STEPS)
     expected = reference * mean[:, 1]
-    return np.divide(mean[:, 0], expected, out=np.zeros(len(pos)), where=expected != 0)
+    return np.divide(mean[:, 0], expected, out=np.zeros(len(detail)), where=expected != 0)
 
 
-def neighbor_products(values: NDArray[np.float64], edge: Tensor) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Sum, over the edges (2, U) at each vertex, the products of values (V, ...) and the means of their squares."""
-    one, other = edge.numpy()
-    products, squares = np.zeros_like(values), np.zeros_like(values)
-    for end in (one, other):
-        np.add.at(products, end, values[one] * values[other])
-        np.add.at(squares, end, (np.square(values[one]) + np.square(values[other])) / 2)
-    return products, squares
+def neighbor_products(walk: csr_array, values: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Sum, over the edges at each vertex, the products of values (V, C) and the means of their squares."""
+    degree = np.diff(walk.indptr)[:, None] - 1  # a row holds the vertex itself and its neighbours
+    square = np.square(values)
+    sums, sums_of_squares = (degree * (2 * (walk @ each) - each) for each in (values, square))
+    return values * sums, (degree * square + sums_of_squares) / 2
 
 
 def noise_share(alternation: ArrayLike, bent: ArrayLike) -> NDArray[np.float64]:

@@ -3,15 +3,13 @@
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.sparse import csr_array
 
+from dnf_pyg.mesh.detail import Detail
 from dnf_pyg.mesh.vertex_graph import walk_differences, walk_means
 
 __all__ = ["Bands", "band_responses"]
 
 _QUANTILE = 0.25  # of the vertices: larger responses may lie at sharp edges
-_COLUMNS = 4  # of white noise
 
 
 class Bands(NamedTuple):
@@ -36,23 +34,14 @@ class Bands(NamedTuple):
     low: float
 
 
-def band_responses(
-    walk: csr_array, pos: NDArray[np.float64], normal: NDArray[np.float64], used: NDArray[np.int64]
-) -> Bands:
-    """Filter the positions of the vertices, and measure the results along the normals.
-
-    Args:
-        walk: Lazy random walk on the vertices, (V, V).
-        pos: Vertex positions, (V, 3).
-        normal: Directions to measure along, (V, 3), unit length.
-        used: Vertices that count.
-    """
-    noise = np.random.default_rng(0).standard_normal((len(pos), _COLUMNS))
-    signal = np.concatenate([pos, noise], axis=1)
+def band_responses(detail: Detail) -> Bands:
+    """Filter the positions of the vertices, and measure the results along the normals at the vertices with a face."""
+    used, normal = detail.used, detail.normal[detail.used]
+    signal = detail.differences(4)
     found = []
-    for differences, means in ((4, 0), (2, 12), (0, 12), (0, 24)):
-        signal = walk_means(walk, walk_differences(walk, signal, differences), means)
-        along = np.abs((signal[used, :3] * normal[used]).sum(axis=1))
+    for differences, means in ((0, 0), (2, 12), (0, 12), (0, 24)):
+        signal = walk_means(detail.walk, walk_differences(detail.walk, signal, differences), means)
+        along = np.abs((signal[used, :3] * normal).sum(axis=1))
         scale = np.quantile(np.abs(signal[used, 3:]), _QUANTILE)
         found.append(float(np.quantile(along, _QUANTILE) / scale) if scale > 0 else 0.0)
     return Bands(*found)

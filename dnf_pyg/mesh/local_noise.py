@@ -7,13 +7,13 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 from torch import Tensor
 
-from dnf_pyg.mesh.alternation import local_alternation, neighbor_products, noise_share
+from dnf_pyg.mesh.alternation import neighbor_products, noise_share
 from dnf_pyg.mesh.concentration import concentration
-from dnf_pyg.mesh.flatness import pair_deviations
+from dnf_pyg.mesh.detail import Detail
 from dnf_pyg.mesh.geometry import angular_difference, edge_lengths, face_areas, face_normals
-from dnf_pyg.mesh.noise_level import NoiseEstimate, estimate_noise
+from dnf_pyg.mesh.noise_level import NoiseEstimate, estimate_from_detail
 from dnf_pyg.mesh.topology import Topology
-from dnf_pyg.mesh.vertex_graph import lazy_walk, smoothed_normals, walk_differences, walk_means
+from dnf_pyg.mesh.vertex_graph import walk_means
 
 __all__ = ["LocalNoise"]
 
@@ -69,7 +69,6 @@ class LocalNoise:
         pos: Vertex positions, (V, 3), model units.
         face: Vertices of each face, (3, F).
         topology: Connectivity of the mesh; computed if not given.
-        estimate: Level and correlation of the whole mesh; computed if not given.
 
     Attributes:
         estimate: Level and correlation of the whole mesh.
@@ -89,33 +88,28 @@ class LocalNoise:
     sigma: Tensor
     certain: Tensor
 
-    def __init__(
-        self, pos: Tensor, face: Tensor, topology: Topology | None = None, estimate: NoiseEstimate | None = None
-    ) -> None:
+    def __init__(self, pos: Tensor, face: Tensor, topology: Topology | None = None) -> None:
         pos, face = pos.detach().cpu().double(), face.cpu()
         topology = topology or Topology(face, len(pos))
-        self._pos, self._face = pos - pos[face.unique()].mean(dim=0), face
-        self._walk = lazy_walk(topology.edges, len(pos))
-        self._unit = max(float(topology.mean_edge_length(pos)), 1e-300)
-        self.estimate = estimate or estimate_noise(pos, face, topology)
+        detail = Detail(pos, face, topology)
+        self._pos, self._face, self._walk = torch.from_numpy(detail.unit * detail.pos), face, detail.walk
+        self.estimate = estimate_from_detail(detail)
         sigma = seen = np.zeros(len(pos))
         if self.estimate.level > 0:
-            self._across = smoothed_normals(self._walk, self._pos, self._face)
-            sharp, bent = self._high_pass(), self._bending()
-            alternation = local_alternation(self._walk, self._pos.numpy(), self._across, topology.edges)
+            sharp, bent = self._high_pass(detail), self._bending(detail)
             flat = (_quotient(bent, sharp) - _EDGES) / (_RELIEF - _EDGES)
-            share = np.maximum(noise_share(alternation, np.clip(flat, 0, 1)), self.estimate.share)
-            bent = np.maximum(bent, self._alternating(topology.edges, sharp))
+            share = np.maximum(noise_share(detail.alternation, np.clip(flat, 0, 1)), self.estimate.share)
+            bent = np.maximum(bent, self._alternating(detail, sharp))
             correlated = self.estimate.is_correlated  # such noise bends pairs of faces less than it displaces them
             seen = sharp if correlated else share**_CAUTION * np.minimum(sharp, bent)
-            level = _UNSEEN * self._unit * self.estimate.level
+            level = _UNSEEN * self.estimate.level
             sigma = np.maximum(np.minimum(sharp, bent), level) if correlated else seen
-        self.sigma = torch.from_numpy(sigma)
+        self.sigma = detail.unit * torch.from_numpy(sigma)
         self._shortest = torch.full_like(self.sigma, torch.inf)
         length = edge_lengths(self._pos, topology.edges)
         for end in topology.edges:
             self._shortest.scatter_reduce_(0, end, length, "amin")
-        self.certain = self._certain(torch.from_numpy(seen))
+        self.certain = self._certain(detail.unit * torch.from_numpy(seen))
 
     def unexplained(self, normal: Tensor, max_excess: float) -> Tensor:
         """Mark the vertices, (V,) bool, whose :meth:`excess` for filtered normals (F, 3) is above a limit.
@@ -179,20 +173,16 @@ class LocalNoise:
         """Means of values (V, C) around each vertex."""
         return walk_means(self._walk, values, _STEPS)
 
-    def _high_pass(self) -> NDArray[np.float64]:
-        """Reading of the high-pass filter, (V,)."""
-        noise = np.random.default_rng(0).standard_normal((len(self._pos), 4))
-        signal = np.concatenate([self._pos.numpy(), noise], axis=1)
-        signal = walk_differences(self._walk, signal, 4)
-        along = np.abs((signal[:, :3] * self._across).sum(axis=1))
-        white = _MEAN * np.sqrt(np.square(signal[:, 3:]).mean(axis=1))
+    def _high_pass(self, detail: Detail) -> NDArray[np.float64]:
+        """Reading of the high-pass filter, (V,), mean edge lengths."""
+        along = np.abs(detail.along(4))
+        white = _MEAN * np.sqrt(np.square(detail.white(4)).mean(axis=1))
         mean = self._around(np.stack([along, white], axis=1))
         return _quotient(mean[:, 0], mean[:, 1])
 
-    def _bending(self) -> NDArray[np.float64]:
-        """Reading of the flat ones among the pairs of adjacent faces, (V,); infinite where there are no pairs."""
-        face = self._face.numpy()
-        deviation, pair = pair_deviations(self._pos.numpy(), face)
+    def _bending(self, detail: Detail) -> NDArray[np.float64]:
+        """Reading of the flat ones among the pairs of adjacent faces, (V,), mean edge lengths; infinite without any."""
+        face, (deviation, pair) = detail.face, detail.pairs
         if not len(deviation):
             return np.full(len(self._pos), np.inf)
         corner = face[:, pair].reshape(6, -1).T
@@ -209,12 +199,11 @@ class LocalNoise:
             found = np.where(mean[:, 1] > 1e-9, np.sqrt(_quotient(mean[:, 0], mean[:, 1])) / _CUT, found)
         return np.where(near, found, np.inf)
 
-    def _alternating(self, edge: Tensor, found: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _alternating(self, detail: Detail, found: NDArray[np.float64]) -> NDArray[np.float64]:
         """Mean of a reading (V,) over the vertices around that are bent against their neighbours, or 0."""
-        bend = (walk_differences(self._walk, self._pos.numpy(), 1) * self._across).sum(axis=1)
-        sums = np.stack(neighbor_products(bend, edge), axis=1)
-        product, square = self._around(sums).T
-        noisy = (product < _ALTERNATING * square) & (found < _STEPPED * self._unit)
+        sums = neighbor_products(detail.walk, detail.along(1)[:, None])
+        product, square = self._around(np.concatenate(sums, axis=1)).T
+        noisy = (product < _ALTERNATING * square) & (found < _STEPPED)
         share, mean = self._around(np.stack([noisy, noisy * found], axis=1)).T
         return np.where(share >= _FEWEST, _quotient(mean, share), 0.0)
 

@@ -4,16 +4,14 @@ from statistics import NormalDist
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from torch import Tensor
 
-from dnf_pyg.mesh.alternation import local_alternation, noise_share
+from dnf_pyg.mesh.alternation import noise_share
 from dnf_pyg.mesh.bands import Bands, band_responses
-from dnf_pyg.mesh.flatness import pair_deviations
+from dnf_pyg.mesh.detail import Detail
 from dnf_pyg.mesh.topology import Topology
-from dnf_pyg.mesh.vertex_graph import lazy_walk, smoothed_normals
 
-__all__ = ["NoiseEstimate", "estimate_noise", "estimate_noise_level"]
+__all__ = ["NoiseEstimate", "estimate_from_detail", "estimate_noise", "estimate_noise_level"]
 
 _QUANTILE = 0.25  # of the pairs of faces: larger deviations may lie at sharp edges
 _COARSE = 0.6  # response of the middle band, mean edge lengths, that only a shape has
@@ -103,27 +101,25 @@ def estimate_noise(pos: Tensor, face: Tensor, topology: Topology | None = None) 
         >>> estimate_noise(pos, torch.tensor([[0, 1], [1, 3], [2, 2]]))
         NoiseEstimate(level=0.0, correlation=0.0, share=0.0)
     """
-    pos, face = pos.detach().cpu().double(), face.cpu()
-    topology = topology or Topology(face, len(pos))
-    unit = float(topology.mean_edge_length(pos))
-    if unit == 0:
+    return estimate_from_detail(Detail(pos, face, topology))
+
+
+def estimate_from_detail(detail: Detail) -> NoiseEstimate:
+    """Estimate the noise of a mesh as :func:`estimate_noise` does, from detail that is computed already."""
+    if not len(detail.used):
         return NoiseEstimate(0.0, 0.0, 0.0)
-    used = np.unique(face.numpy())
-    centred = ((pos - pos[used].mean(dim=0)) / unit).numpy()
-    walk = lazy_walk(topology.edges, len(pos))
-    normal = smoothed_normals(walk, pos, face)
-    bands = band_responses(walk, centred, normal, used)
+    bands = band_responses(detail)
     high, middle = bands.high, bands.middle
-    flatness = _flatness(centred, face.numpy(), _QUANTILE)
-    coarse = (middle > _COARSE and flatness < high / 2) or len(used) < _FEW
+    flatness = _flatness(detail, _QUANTILE)
+    coarse = (middle > _COARSE and flatness < high / 2) or len(detail.used) < _FEW
     is_rounded = False
     if not coarse:  # the rounded depths of a scan leave many pairs flat
-        quarter, flatness = flatness, _flatness(centred, face.numpy(), 0.5)
+        quarter, flatness = flatness, _flatness(detail, 0.5)
         is_rounded = quarter < flatness / 2
     if high == 0 or flatness == 0:
         return NoiseEstimate(0.0, 0.0, 0.0)
     flat = flatness / high
-    alternation = float(local_alternation(walk, centred, normal, topology.edges)[used].mean())
+    alternation = float(detail.alternation[detail.used].mean())
     bent = min(max((flat - _EDGES) / (_RELIEF - _EDGES), 0.0), 1.0)
     limit = min(_WHITE + _SHAPE / high**2, _MOST)
     is_shape = coarse or _is_shape(bands, alternation, is_rounded)
@@ -163,9 +159,9 @@ def _is_shape(bands: Bands, alternation: float, is_rounded: bool) -> bool:
     )
 
 
-def _flatness(pos: NDArray[np.float64], face: NDArray[np.int64], quantile: float) -> float:
+def _flatness(detail: Detail, quantile: float) -> float:
     """Deviation of pairs of adjacent faces from a plane, as the standard deviation of white noise that explains it."""
-    deviation = pair_deviations(pos, face).deviation
+    deviation = detail.pairs.deviation
     if not len(deviation):
         return np.inf
     return float(np.quantile(deviation, quantile, method="lower") / NormalDist().inv_cdf((1 + quantile) / 2))

@@ -5,15 +5,14 @@ import trimesh
 
 from dnf_pyg.mesh.alternation import local_alternation, neighbor_products, noise_share
 from dnf_pyg.mesh.coarse import coarsen
+from dnf_pyg.mesh.detail import Detail
 from dnf_pyg.mesh.noise import CorrelatedNoise, GaussianNormalNoise
 from dnf_pyg.mesh.topology import Topology
 from dnf_pyg.mesh.vertex_graph import lazy_walk, smoothed_normals
 
 
 def alternation(pos, face):
-    topology = Topology(face, len(pos))
-    walk = lazy_walk(topology.edges, len(pos))
-    return local_alternation(walk, pos.numpy(), smoothed_normals(walk, pos, face), topology.edges)
+    return Detail(pos, face).alternation
 
 
 def with_noise(pos, face, level):
@@ -51,7 +50,7 @@ def test_equals_the_correlation_by_a_loop(sphere):
 
     white = twice @ np.random.default_rng(1).standard_normal((len(pos), 20))
     expected = correlation((twice @ pos.numpy() * normal).sum(axis=1)) / np.mean([correlation(w) for w in white.T])
-    found = local_alternation(walk, pos.numpy(), normal, topology.edges)
+    found = local_alternation(walk, (twice @ pos.numpy() * normal).sum(axis=1), white[:, :4])
     assert found.mean() == pytest.approx(expected, abs=0.05)
 
 
@@ -97,7 +96,8 @@ def test_products_of_neighbours_equal_a_loop():
         for end in (one, other):
             products[end] += values[one] * values[other]
             squares[end] += (values[one] ** 2 + values[other] ** 2) / 2
-    for found, expected in zip(neighbor_products(values, edge), (products, squares), strict=True):
+    walk = lazy_walk(edge, len(values))
+    for found, expected in zip(neighbor_products(walk, values), (products, squares), strict=True):
         np.testing.assert_allclose(found, expected)
 
 
