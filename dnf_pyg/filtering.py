@@ -5,6 +5,7 @@ from contextlib import contextmanager, nullcontext
 
 import torch
 from torch import Tensor
+from torch_geometric.data import Data
 
 from dnf_pyg.errors import OptionError
 from dnf_pyg.mesh import validate_mesh
@@ -16,6 +17,7 @@ from dnf_pyg.options import FilterOptions
 from dnf_pyg.patches import FaceFeatures, PatchExtractor, cover
 from dnf_pyg.patches.batching import batches
 from dnf_pyg.patches.fusion import FusedNormals, PatchFusion
+from dnf_pyg.patches.rotation import random_rotations, rotate_patches
 from dnf_pyg.progress import Progress, Stopwatch
 
 __all__ = ["filter_normals", "on_cpu"]
@@ -75,16 +77,22 @@ def filter_normals(
     pos = (pos - pos.mean(dim=0)) / (float(topology.mean_edge_length(pos)) or 1.0)
     features = FaceFeatures.from_mesh(pos, face, earlier)
     extractor = PatchExtractor(pos, face, GROWTHS[filtering.growth](), filtering.patch_size, max(net.k), topology)
-    generator = torch.Generator().manual_seed(filtering.seed)
+    generator, turns = (torch.Generator().manual_seed(filtering.seed) for _ in range(2))
     patches = cover(extractor, min_coverage=filtering.coverage, generator=generator)
     fusion = PatchFusion(extractor.num_faces)
     for group, batch in batches(patches, features, filtering.batch_size * filtering.patch_size):
+        if net.random_rotation:
+            rotation = random_rotations(len(group), turns)
+            batch = rotate_patches(batch, rotation)
         watch.lap("patches")
         with torch.autocast(device.type, dtype=torch.bfloat16, enabled=uses_bf16(filtering.precision, device)):
             sent = batch.to(device)
             filtered = net(**net.gather(sent, sparser_edges(sent, net.k, filtering.k)))
         watch.lap("network")
-        fusion.add(group, filtered.float().cpu())
+        filtered = filtered.float().cpu()
+        if net.random_rotation:
+            filtered = rotate_patches(Data(x=filtered, batch=batch.batch), rotation.mT).x
+        fusion.add(group, filtered)
         progress(int((fusion.coverage >= filtering.coverage).sum()), extractor.num_faces)
         watch.lap("fuse")
     watch.lap("patches")

@@ -28,6 +28,7 @@ _VERSION = 2
 NETWORKS: dict[str, type["FilteringNetwork"]] = {}
 """Classes of networks by name; every subclass of :class:`~dnf_pyg.nn.network.FilteringNetwork` is entered."""
 
+_ENTRIES = ("version", "network", "arguments", "noise_range", "random_rotation")
 _LARGEST = 2**12  # of any number in a description
 _LONGEST = 16  # list of numbers or networks
 _FLAGS = {"align": False, "surface": False, "bilateral_iterations": 0}  # of version 1
@@ -35,12 +36,13 @@ _DEFAULTS = {"k": [10, 30, 50], "residual_k": 20, "channels": [64, 128, 256]}  #
 
 
 def describe_network(net: "FilteringNetwork") -> dict[str, Any]:
-    """Describe a network by its class, constructor arguments and the noise levels of its training, as plain values."""
+    """Describe a network by its class, constructor arguments and two facts of its training, as plain values."""
     return {
         "version": _VERSION,
         "network": type(net).__name__,
         "arguments": net.arguments,
         "noise_range": None if net.noise_range is None else list(net.noise_range),
+        "random_rotation": net.random_rotation,
     }
 
 
@@ -57,7 +59,12 @@ def build_network(description: object, state: object, origin: str) -> "Filtering
             hold values that are not finite.
     """
     state = _mapping(state, "tensors by name", origin)
-    name, arguments, noise_range = _read(description, origin)
+    description = _mapping(description, "a description of a network", origin)
+    name, arguments = _read(description, origin)
+    noise_range = check_noise_range(description.get("noise_range"), origin)
+    random_rotation = description.get("random_rotation", False)
+    if not isinstance(random_rotation, bool):
+        raise _error("'random_rotation' as true or false", repr(random_rotation)[:80], origin)
     if arguments.get("num_units", 0) > len(state):
         raise _error("'num_units' of at most the number of tensors", f"{arguments['num_units']}", origin)
     try:
@@ -77,7 +84,7 @@ def build_network(description: object, state: object, origin: str) -> "Filtering
         if have.is_floating_point() and not bool(have.isfinite().all()):
             raise _error(f"finite values in tensor '{key}'", "NaN or infinity", origin)
     net.load_state_dict({key: _at_least_float32(value.detach()) for key, value in state.items()}, assign=True)
-    net.noise_range = noise_range
+    net.noise_range, net.random_rotation = noise_range, random_rotation
     return net.eval()
 
 
@@ -110,10 +117,10 @@ def build_networks(description: object, state: object, origin: str) -> list["Fil
     ]
 
 
-def _read(description: object, origin: str) -> tuple[str, dict[str, Any], tuple[float, float] | None]:
-    """Class, checked arguments and noise range of a description of either version."""
-    name, arguments, noise_range = _parse(_mapping(description, "a description of a network", origin), origin)
-    return name, _checked(NETWORKS[name], arguments, origin), noise_range
+def _read(description: object, origin: str) -> tuple[str, dict[str, Any]]:
+    """Class and checked arguments of a description of either version."""
+    name, arguments = _parse(_mapping(description, "a description of a network", origin), origin)
+    return name, _checked(NETWORKS[name], arguments, origin)
 
 
 def check_same_network(description: object, net: "FilteringNetwork", origin: str) -> None:
@@ -122,7 +129,7 @@ def check_same_network(description: object, net: "FilteringNetwork", origin: str
     Raises:
         WeightsError: If it is of another class or has other arguments.
     """
-    name, arguments, _ = _read(description, origin)
+    name, arguments = _read(description, origin)
     own = {"network": type(net).__name__, **net.arguments}
     defaults = {key: entry.default for key, entry in inspect.signature(NETWORKS[name]).parameters.items()}
     stored = {"network": name, **defaults, **arguments}  # older descriptions lack the arguments that were added since
@@ -132,8 +139,8 @@ def check_same_network(description: object, net: "FilteringNetwork", origin: str
         raise WeightsError(f"Expected a checkpoint of the configured network (got {listed}). Change `model.net`.")
 
 
-def _parse(description: Mapping[str, Any], origin: str) -> tuple[str, Mapping[str, Any], tuple[float, float] | None]:
-    """Class, unchecked arguments and noise range."""
+def _parse(description: Mapping[str, Any], origin: str) -> tuple[str, Mapping[str, Any]]:
+    """Class and unchecked arguments."""
     if "version" not in description:
         flags = {flag: description.get(flag, default) for flag, default in _FLAGS.items()}
         for flag, default in _FLAGS.items():
@@ -141,20 +148,20 @@ def _parse(description: Mapping[str, Any], origin: str) -> tuple[str, Mapping[st
                 raise _error(f"'{flag}' of type {type(default).__name__}", repr(flags[flag])[:80], origin)
         arguments = {key: value for key, value in description.items() if key not in _FLAGS}
         if not any(flags.values()):
-            return "DNFNet", arguments, None
+            return "DNFNet", arguments
         if not flags["align"] or not flags["surface"] or arguments.pop("subtract", True) is not True:
             raise _error("'align', 'surface' and 'subtract' to be true", flags, origin)
-        return "SurfaceDNFNet", _DEFAULTS | arguments | {"bilateral_iterations": flags["bilateral_iterations"]}, None
+        return "SurfaceDNFNet", _DEFAULTS | arguments | {"bilateral_iterations": flags["bilateral_iterations"]}
     if description["version"] != _VERSION:
         raise _error(f"'version' {_VERSION}", repr(description["version"]), origin)
-    unknown = sorted(set(description) - {"version", "network", "arguments", "noise_range"})
+    unknown = sorted(set(description) - set(_ENTRIES))
     if unknown:
-        raise _error("'version', 'network', 'arguments' and 'noise_range' only", ", ".join(unknown), origin)
+        raise _error(f"{', '.join(_ENTRIES)} only", ", ".join(unknown), origin)
     name = description.get("network")
     if not isinstance(name, str) or name not in NETWORKS:
         raise _error(f"'network' to be one of {', '.join(NETWORKS)}", repr(name), origin)
     arguments = _mapping(description.get("arguments"), "'arguments' by name", origin)
-    return name, arguments, check_noise_range(description.get("noise_range"), origin)
+    return name, arguments
 
 
 def check_noise_range(value: object, origin: str) -> tuple[float, float] | None:

@@ -32,6 +32,10 @@ class FilteringNetwork(Module, Pretrained, ABC):
     noise_range: tuple[float, float] | None = None
     """Smallest and largest noise level of the training data, in mean edge lengths, if known."""
 
+    random_rotation: bool = False
+    """Whether the patches of the training were rotated at random. Those of a mesh to be filtered then are, too, so that
+    overlapping patches have different errors, which average out."""
+
     def __init_subclass__(cls) -> None:
         super().__init_subclass__()
         NETWORKS[cls.__name__] = cls

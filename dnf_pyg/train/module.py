@@ -135,11 +135,11 @@ class NormalFilteringModule(LightningModule):
         with self._using(data_set):
             net = type(self.net)(**{**self.net.arguments, "k": list(k)})
             net.load_state_dict(self.net.state_dict())
-        net.noise_range = self.net.noise_range
+        net.noise_range, net.random_rotation = self.net.noise_range, self.net.random_rotation
         return net.to(self.device).eval()
 
     def setup(self, stage: str) -> None:
-        """Check that the data sets of a joint training fit the settings of their parts and the teachers."""
+        """Check the data sets of a joint training, and note in the network whether patches are rotated at random."""
         data = getattr(self.trainer, "datamodule", None)
         data_sets = getattr(data, "parts", {})
         unknown = sorted(self.parts.keys() - data_sets.keys())
@@ -149,6 +149,9 @@ class NormalFilteringModule(LightningModule):
             )
         for name, data_set in data_sets.items():
             data_set.check_neighbors(max(self._settings(name).k or self.net.k))
+        if stage == "fit":
+            loaders = [getattr(part, "loader", None) for part in data_sets.values() or [data]]
+            self.net.random_rotation = all(getattr(loader, "rotate", False) for loader in loaders)
         if self.distillation is not None and stage == "fit":
             self.distillation.check({name: data_set.patches.k for name, data_set in data_sets.items()})
 

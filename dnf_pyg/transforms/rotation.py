@@ -4,6 +4,8 @@ import torch
 from torch_geometric.data import Data
 from torch_geometric.transforms import BaseTransform
 
+from dnf_pyg.patches.rotation import random_rotations, rotate_patches
+
 __all__ = ["RandomRotation"]
 
 
@@ -27,18 +29,7 @@ class RandomRotation(BaseTransform):
 
     def forward(self, data: Data) -> Data:
         """Rotate a patch."""
-        w, x, y, z = torch.nn.functional.normalize(torch.randn(4, generator=self.generator), dim=0).tolist()
-        rotation = data.x.new_tensor(  # of the unit quaternion w + xi + yj + zk
-            [
-                [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-                [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-                [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-            ]
-        )
-        for name in ("x", "y", "pos", "earlier"):
-            if data.get(name) is not None:
-                data[name] = data[name] @ rotation.t()
-        return data
+        return rotate_patches(data, random_rotations(1, self.generator))
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}()"

@@ -15,7 +15,11 @@ from pathlib import Path
 import yaml
 
 NET = {"k": [6, 12, 20], "residual_k": 8, "channels": [16, 32, 64], "embedding_channels": 32}
-MESHES = ["cad", "gear", "gem", "boat", "blob", "torus_knot", "spot", "fish", "terrain", "koala"]
+MANY = """
+cad gear gem boat blob torus_knot spot fish terrain koala airplane penguin skull tee_pipe housing lbracket hexnut
+scorpion steps_ramp twist_prism
+""".split()  # noqa: SIM905 - a text of names reads better than quotes around each
+MESHES = MANY[:10]
 
 
 def clean_meshes(root, folder, names=MESHES, num_patches=30, k=20, batch_size=4, jitter=0.0):
@@ -102,6 +106,28 @@ def run_killed(folder, name, content, at_step):
     (folder / name / "done").touch()
 
 
+def compare_optimizers(data, folder):
+    """The network of `small` with each optimizer: the same patches, and a rate that is constant and then falls."""
+    patches = clean_meshes(data, folder, MANY, num_patches=30, k=16)
+    patches["init_args"] |= {"val_share": 0.2, "fresh": True}
+    patches["init_args"]["patches"]["patch_size"] = 500
+    for name, optimizer, rate in (
+        ("adamw_2e-3", "torch.optim.AdamW", 2.0e-3),
+        ("adamw_4e-3", "torch.optim.AdamW", 4.0e-3),
+        ("muon_4e-3", "dnf_pyg.train.muon.MuonAdamW", 4.0e-3),
+    ):
+        schedule = {"warmup_steps": 50, "decay_start": 400, "total_steps": 800}
+        content = config(
+            folder, name, patches, 800,
+            net={"k": [8, 16, 16], "num_units": 1, "channels": [32, 64, 64], "embedding_channels": 64},
+            optimizer={"class_path": optimizer, "init_args": {"lr": rate, "weight_decay": 1.0e-4}},
+            scheduler={"class_path": "dnf_pyg.train.schedule.WarmupStableDecay", "init_args": schedule},
+        )  # fmt: skip
+        content["model"]["net"]["class_path"] = "dnf_pyg.nn.SurfaceDNFNet"
+        content["trainer"] |= {"val_check_interval": 100, "check_val_every_n_epoch": None, "gradient_clip_val": 1.0}
+        run(folder, name, content)
+
+
 def main():
     data, folder = Path(sys.argv[1]) / "Synthetic" / "train" / "original", Path(sys.argv[2]).resolve()
     validation = {
@@ -138,6 +164,8 @@ def main():
     ):
         shared = clean_meshes(data, folder, ["cad", "gem", "blob", "spot"], num_patches=16, batch_size=batch_size)
         run(folder, name, config(folder, name, shared, 120), *words)
+
+    compare_optimizers(data, folder)
 
 
 if __name__ == "__main__":

@@ -114,3 +114,10 @@ def test_weights_tell_the_noise_levels_of_their_training(kind, make, trainer, tm
     trainer.fit(network(), make(kind, noise_level=(0.1, 0.4), val_share=0))
     trainer.save_checkpoint(tmp_path / "last.ckpt")
     assert load_network(tmp_path / "last.ckpt").noise_range == (0.1, 0.4)
+
+
+@pytest.mark.parametrize("rotate", [True, False])
+def test_weights_tell_whether_patches_were_rotated(rotate, make, trainer, tmp_path):
+    trainer.fit(network(), make("clean", loader=LoaderOptions(rotate=rotate), val_share=0))
+    trainer.save_checkpoint(tmp_path / "last.ckpt")
+    assert load_network(tmp_path / "last.ckpt").random_rotation == rotate

@@ -27,11 +27,11 @@ def flags(**changes):
 @pytest.mark.parametrize("cls", [DNFNet, SurfaceDNFNet])
 def test_round_trip(cls):
     net = cls(**SMALL)
-    net.noise_range = (0.1, 0.3)
+    net.noise_range, net.random_rotation = (0.1, 0.3), True
     built = build_network(describe_network(net), net.state_dict(), "here")
     assert type(built) is cls
     assert not built.training
-    assert (built.arguments, built.noise_range) == (net.arguments, (0.1, 0.3))
+    assert (built.arguments, built.noise_range, built.random_rotation) == (net.arguments, (0.1, 0.3), True)
     torch.testing.assert_close(built.state_dict(), net.state_dict(), rtol=0, atol=0)
 
 
@@ -62,6 +62,8 @@ def described(**changes):
         (described(extra=1), ".*only .got extra"),
         (described(noise_range=[1, 0]), "'noise_range' as"),
         (described(noise_range="a"), "'noise_range' as"),
+        (described(random_rotation="yes"), "'random_rotation' as true or false .got 'yes'"),
+        (described(random_rotation=None), "'random_rotation' as true or false"),
         (described(noise_range=[0, float("nan")]), "'noise_range' as"),
         *(
             (described(arguments={**SMALL, "k": k}), "'k' to be at most 16 whole")
@@ -134,7 +136,7 @@ JSON = st.recursive(
 )
 
 
-@given(entry=st.sampled_from(["version", "network", "arguments", "noise_range", *SMALL]), value=JSON)
+@given(entry=st.sampled_from(["version", "network", "arguments", "noise_range", "random_rotation", *SMALL]), value=JSON)
 def test_any_change_is_refused_or_builds_the_same_layers(entry, value):
     description = described()
     target = description["arguments"] if entry in SMALL else description

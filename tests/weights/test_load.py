@@ -173,6 +173,7 @@ VALUES = st.recursive(
 )
 PLACES = [
     ("network",), ("network", "version"), ("network", "network"), ("network", "arguments"), ("network", "noise_range"),
+    ("network", "random_rotation"),
     ("network", "arguments", "k"), ("network", "arguments", "num_units"), ("network", "arguments", "channels"),
     ("network", "arguments", "embedding_channels"), ("network", "arguments", "subtract"), ("network", "new"),
     ("state_dict",), ("state_dict", "net.heads.0.lins.0.weight"), ("state_dict", "net.new"), ("state_dict", 7),
