@@ -28,6 +28,9 @@ class ResidualUnit(Module):
         - **batch:** :math:`(F)`, patch of each face, sorted; one patch if ``None``
         - **output:** :math:`(F, C)`, to be subtracted from ``x``
 
+    Raises:
+        ValueError: If ``k`` is not positive.
+
     Example:
         >>> import torch
         >>> ResidualUnit(8, k=3)(torch.randn(5, 8), torch.tensor([0, 0, 0, 1, 1])).shape
@@ -36,6 +39,8 @@ class ResidualUnit(Module):
 
     def __init__(self, channels: int, k: int = 20) -> None:
         super().__init__()
+        if k < 1:
+            raise ValueError(f"Expected 'k' of a residual unit of at least 1 (got {k}). Raise it.")
         self.channels = channels
         self.k = k
         self.conv = FeatureGroupingConv(channels, channels, hidden_channels=[channels])

@@ -2,6 +2,7 @@
 
 import csv
 import sys
+from collections import defaultdict
 from pathlib import Path
 
 import matplotlib as mpl
@@ -10,6 +11,7 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 IMAGES = Path(__file__).parents[1] / "images"
+LONG_RUNS = Path(__file__).parents[2] / "training" / "long_runs.csv"
 BLUE, ORANGE, GREEN, GREY = "#2563c9", "#d9731a", "#2f8f4e", "0.55"
 mpl.rcParams.update({"font.size": 9, "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True})
 mpl.rcParams.update({"grid.alpha": 0.3, "legend.frameon": False})
@@ -110,6 +112,35 @@ def processes(runs):
     save(figure, "processes")
 
 
+def optimizers(runs):
+    """The short runs that differ in the optimizer alone, and the long runs of the packaged weights."""
+    figure, (left, middle, right) = panels(3)
+    for name, color, label in (
+        ("adamw_2e-3", GREY, "AdamW, rate 0.002"),
+        ("adamw_4e-3", BLUE, "AdamW, rate 0.004"),
+        ("muon_4e-3", ORANGE, "Muon, rate 0.004"),
+    ):
+        steps, values = curve(runs / name, "val/theta")
+        left.plot([4 * (step + 1) for step in steps], values, "o-", markersize=3, color=color, label=label)
+        print(f"{label}: {values[-1]:.2f}")
+    left.set(title="held back, the same short run", xlabel="training patches", ylabel="θ (degrees)")
+    with LONG_RUNS.open() as file:
+        rows = list(csv.DictReader(file))
+    for axes, measure in ((middle, "held-back patches"), (right, "test meshes")):
+        points = defaultdict(list)
+        for row in rows:
+            if row["measure"] == measure:
+                points[f"{row['run']}, {row['optimizer']}"].append((int(row["patches"]), float(row["theta_deg"])))
+        for label, places in points.items():
+            axes.plot(*zip(*places, strict=True), "o-", markersize=3, label=label)
+        axes.set(title=f"{measure}, long runs", xlabel="training patches")
+        axes.set_xscale("log")
+    for axes in (left, middle, right):
+        axes.set_ylim(bottom=0)
+        axes.legend(fontsize=7)
+    save(figure, "optimizers")
+
+
 def copy_last(runs):
     """The last error map of the mesh that the first run denoised on the way."""
     pictures = sorted((runs / "real" / "mesh_errors").glob("*.png"), key=lambda path: path.stat().st_mtime)
@@ -121,7 +152,7 @@ def copy_last(runs):
 def main():
     runs = Path(sys.argv[1])
     copy_last(runs)
-    for draw in (real, joint, resume, processes):
+    for draw in (real, joint, resume, processes, optimizers):
         draw(runs)
 
 

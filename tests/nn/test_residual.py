@@ -23,3 +23,8 @@ def test_repr_and_reset(make):
     assert str(unit) == "ResidualUnit(8, k=3)"
     unit.reset_parameters()
     assert unit.conv.mlp.norms[0].module.weight.tolist() == [1.0] * 8
+
+
+def test_needs_a_neighbour():
+    with pytest.raises(ValueError, match=r"of a residual unit of at least 1 \(got 0\)\. Raise it\."):
+        ResidualUnit(8, k=0)
