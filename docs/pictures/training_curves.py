@@ -130,13 +130,16 @@ def optimizers(runs):
         points = defaultdict(list)
         for row in rows:
             if row["measure"] == measure:
-                points[f"{row['run']}, {row['optimizer']}"].append((int(row["patches"]), float(row["theta_deg"])))
+                points[f"{row['run']}, {row['optimizer']}"].append(
+                    (int(row["patches"]) / 1000, float(row["theta_deg"]))
+                )
         for label, places in points.items():
             axes.plot(*zip(*places, strict=True), "o-", markersize=3, label=label)
-        axes.set(title=f"{measure}, long runs", xlabel="training patches")
-        axes.set_xscale("log")
-    for axes in (left, middle, right):
+        axes.set(title=f"{measure}, long runs", xlabel="training patches (thousands)")
+        axes.set_xlim(left=0)
         axes.set_ylim(bottom=0)
+    left.set_ylim(5, 11)
+    for axes in (left, middle, right):
         axes.legend(fontsize=7)
     save(figure, "optimizers")
 
