@@ -5,13 +5,13 @@ from contextlib import contextmanager, nullcontext
 
 import torch
 from torch import Tensor
-from torch_geometric.data import Data
 
 from dnf_pyg.errors import OptionError
 from dnf_pyg.mesh import validate_mesh
 from dnf_pyg.mesh.geodesic import GROWTHS
 from dnf_pyg.mesh.topology import Topology
 from dnf_pyg.nn import FilteringNetwork
+from dnf_pyg.nn.frame import in_frame
 from dnf_pyg.nn.inference import evaluation_network, inference_device, sparser_edges, uses_bf16
 from dnf_pyg.options import FilterOptions
 from dnf_pyg.patches import FaceFeatures, PatchExtractor, cover
@@ -91,7 +91,7 @@ def filter_normals(
         watch.lap("network")
         filtered = filtered.float().cpu()
         if net.random_rotation:
-            filtered = rotate_patches(Data(x=filtered, batch=batch.batch), rotation.mT).x
+            filtered = in_frame(filtered, rotation[batch.batch])
         fusion.add(group, filtered)
         progress(int((fusion.coverage >= filtering.coverage).sum()), extractor.num_faces)
         watch.lap("fuse")

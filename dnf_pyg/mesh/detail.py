@@ -29,6 +29,7 @@ class Detail:
         used: Vertices that have a face, (U,).
         pos: Positions relative to the mean of those of used vertices, (V, 3) float64, mean edge lengths.
         face: Vertices of each face, (3, F).
+        edge: Undirected edges, (2, E).
         walk: Lazy random walk on the vertices, (V, V), see :func:`~dnf_pyg.mesh.vertex_graph.lazy_walk`.
         normal: Directions along which detail is measured, (V, 3), unit length.
 
@@ -48,7 +49,8 @@ class Detail:
         self.unit = float(topology.mean_edge_length(pos)) or 1.0
         centre = pos[self.used].mean(dim=0) if len(self.used) else 0.0
         self.pos = ((pos - centre) / self.unit).numpy()
-        self.walk = lazy_walk(topology.edges, len(pos))
+        self.edge = topology.edges
+        self.walk = lazy_walk(self.edge, len(pos))
         self.normal = smoothed_normals(self.walk, pos, face)
         noise = np.random.default_rng(0).standard_normal((len(pos), _COLUMNS))
         self._differences = [np.concatenate([self.pos, noise], axis=1)]

@@ -89,10 +89,9 @@ class LocalNoise:
     certain: Tensor
 
     def __init__(self, pos: Tensor, face: Tensor, topology: Topology | None = None) -> None:
-        pos, face = pos.detach().cpu().double(), face.cpu()
-        topology = topology or Topology(face, len(pos))
         detail = Detail(pos, face, topology)
-        self._pos, self._face, self._walk = torch.from_numpy(detail.unit * detail.pos), face, detail.walk
+        self._pos, self._face = torch.from_numpy(detail.unit * detail.pos), torch.from_numpy(detail.face)
+        self._walk = detail.walk
         self.estimate = estimate_from_detail(detail)
         sigma = seen = np.zeros(len(pos))
         if self.estimate.level > 0:
@@ -106,8 +105,8 @@ class LocalNoise:
             sigma = np.maximum(np.minimum(sharp, bent), level) if correlated else seen
         self.sigma = detail.unit * torch.from_numpy(sigma)
         self._shortest = torch.full_like(self.sigma, torch.inf)
-        length = edge_lengths(self._pos, topology.edges)
-        for end in topology.edges:
+        length = edge_lengths(self._pos, detail.edge)
+        for end in detail.edge:
             self._shortest.scatter_reduce_(0, end, length, "amin")
         self.certain = self._certain(detail.unit * torch.from_numpy(seen))
 

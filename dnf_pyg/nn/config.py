@@ -117,9 +117,9 @@ def build_networks(description: object, state: object, origin: str) -> list["Fil
     ]
 
 
-def _read(description: object, origin: str) -> tuple[str, dict[str, Any]]:
+def _read(description: Mapping[str, Any], origin: str) -> tuple[str, dict[str, Any]]:
     """Class and checked arguments of a description of either version."""
-    name, arguments = _parse(_mapping(description, "a description of a network", origin), origin)
+    name, arguments = _parse(description, origin)
     return name, _checked(NETWORKS[name], arguments, origin)
 
 
@@ -129,7 +129,7 @@ def check_same_network(description: object, net: "FilteringNetwork", origin: str
     Raises:
         WeightsError: If it is of another class or has other arguments.
     """
-    name, arguments = _read(description, origin)
+    name, arguments = _read(_mapping(description, "a description of a network", origin), origin)
     own = {"network": type(net).__name__, **net.arguments}
     defaults = {key: entry.default for key, entry in inspect.signature(NETWORKS[name]).parameters.items()}
     stored = {"network": name, **defaults, **arguments}  # older descriptions lack the arguments that were added since
