@@ -132,9 +132,9 @@ class UpdateOptions:
             multiple of what the estimated noise explains, and where there is too little noise to tell it from the
             shape. Use infinity to move all, for example to smooth the stairs of a mesh made from voxels.
         num_iterations: Maximum number of iterations of the vertex update.
-        max_correlation: The update stops when the displacements of neighbouring vertices have at least this
-            correlation: from there on it removes detail. Use 1 to run all iterations. If not given, this is -0.03 for
-            white noise, and 1 for noise that is estimated to be correlated between neighbouring vertices.
+        early_stopping: Whether the update ends at the smallest estimated error; from there on it removes detail. The
+            estimate holds for noise that is independent between neighbouring vertices: auto ends the update early
+            unless the noise is estimated to be correlated, always and never do not depend on that.
         preserve_boundary: Keep vertices on open boundaries in place.
 
     Raises:
@@ -142,14 +142,14 @@ class UpdateOptions:
 
     Example:
         >>> UpdateOptions(strength=0.5).num_iterations
-        60
+        100
     """
 
     strength: float = 1.0
     max_move: float = float("inf")
     max_excess: float = 1.6
-    num_iterations: int = expert(60)
-    max_correlation: float | None = expert(None)
+    num_iterations: int = expert(100)
+    early_stopping: Literal["auto", "always", "never"] = expert("auto")
     preserve_boundary: bool = False
 
     def __post_init__(self) -> None:
@@ -157,14 +157,11 @@ class UpdateOptions:
         check_range("max_move", self.max_move, float, 0, float("inf"))
         check_range("max_excess", self.max_excess, float, 0, float("inf"))
         check_range("num_iterations", self.num_iterations, int, 0, float("inf"))
-        if self.max_correlation is not None:
-            check_range("max_correlation", self.max_correlation, float, -1, 1)
+        _check_choice("early_stopping", self.early_stopping, ("auto", "always", "never"))
 
-    def end(self, is_correlated: bool) -> float:
-        """Correlation of the displacements at which the update stops, for white or correlated noise."""
-        if self.max_correlation is not None:
-            return self.max_correlation
-        return 1.0 if is_correlated else -0.03
+    def stops_early(self, is_correlated: bool) -> bool:
+        """Whether the update ends at the smallest estimated error, for white or correlated noise."""
+        return self.early_stopping == "always" or (self.early_stopping == "auto" and not is_correlated)
 
 
 FAST = FilterOptions(coverage=1, k=(10, 16, 24))

@@ -109,7 +109,7 @@ class Steps:
                     face,
                     normal,
                     self.update.num_iterations,
-                    max_correlation=self.update.end(self.noise.is_correlated),
+                    early_stopping=self.update.stops_early(self.noise.is_correlated),
                     max_move=limit,
                     origin=origin,
                     fixed=fixed,

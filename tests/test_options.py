@@ -28,7 +28,7 @@ from dnf_pyg import FAST, FilterOptions, OptionError, UpdateOptions
         (UpdateOptions, "strength", "half", r"'strength' to be a number from 0 to 1 \(got half\)"),
         (UpdateOptions, "max_move", -1.0, r"'max_move' to be a number of at least 0 \(got -1.0\)"),
         (UpdateOptions, "num_iterations", -1, r"'num_iterations' to be a whole number of at least 0 \(got -1\)"),
-        (UpdateOptions, "max_correlation", 2, r"'max_correlation' to be a number from -1 to 1 \(got 2\)"),
+        (UpdateOptions, "early_stopping", "on", r"'early_stopping' to be one of auto, always, never \(got on\)"),
     ],
 )
 def test_rejects_values_out_of_range(kind, name, value, text):
@@ -39,8 +39,8 @@ def test_rejects_values_out_of_range(kind, name, value, text):
 
 def test_limits_are_allowed():
     FilterOptions(k=(1,), patch_size=32767, coverage=1, batch_size=1, seed=2**63 - 1)
-    UpdateOptions(strength=0, max_move=0, num_iterations=0, max_correlation=-1)
-    UpdateOptions(strength=1, max_correlation=1)
+    UpdateOptions(strength=0, max_move=0, num_iterations=0, early_stopping="always")
+    UpdateOptions(strength=1, early_stopping="never")
 
 
 def test_fast_differs_in_coverage_and_neighbours_only():

@@ -20,7 +20,7 @@ from dnf_pyg.steps import Steps
 
 SMALL = {"k": (3, 5), "residual_k": 4, "channels": (8, 8), "embedding_channels": 8}
 FILTERING = FilterOptions(patch_size=100, precision="fp32", smoothing=0.0, num_coarser=0)
-UPDATE = UpdateOptions(num_iterations=4, max_correlation=1.0, max_excess=float("inf"))
+UPDATE = UpdateOptions(num_iterations=4, early_stopping="never", max_excess=float("inf"))
 
 
 @pytest.fixture
@@ -80,7 +80,7 @@ def test_the_mesh_starts_from_what_its_coarser_version_became(noisy):
 def test_no_vertex_moves_further_than_allowed(noisy, strength):
     pos, face = noisy
     options = FilterOptions(patch_size=100, precision="fp32", smoothing=0.0, num_coarser=1)
-    update = UpdateOptions(max_move=0.05, strength=strength, max_correlation=1.0, max_excess=float("inf"))
+    update = UpdateOptions(max_move=0.05, strength=strength, early_stopping="never", max_excess=float("inf"))
     result = denoise((pos, face.t()), SurfaceDNFNet(**SMALL).eval(), filtering=options, update=update)
     assert 0.01 < float(result.movement.max()) <= 0.05 * (1 + 1e-9)
 

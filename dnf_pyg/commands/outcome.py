@@ -73,7 +73,7 @@ def outcome_text(values: dict[str, Any]) -> list[str]:
         lines.append(
             f"the noise is alike at neighbouring vertices (correlation about {values['noise_correlation']:.2f}), so "
             "defaults for scans apply; those for independent noise are --num_coarser 0 --smoothing 0.2 "
-            "--max_correlation -0.03"
+            "--early_stopping always"
         )
     if "before" in values:
         lines += [

@@ -8,6 +8,7 @@ from numba import njit
 from numpy.typing import NDArray
 from torch import Tensor
 
+from dnf_pyg.mesh.early_stopping import EarlyStopping
 from dnf_pyg.mesh.flips import revert_flips, unfold
 from dnf_pyg.mesh.topology import Topology
 
@@ -17,8 +18,6 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
-_FEWEST_ITERATIONS = 3  # before movements tell shape from noise
-
 
 def update_vertices(
     pos: Tensor,
@@ -27,7 +26,7 @@ def update_vertices(
     num_iterations: int = 20,
     *,
     tolerance: float = 1e-5,
-    max_correlation: float = float("inf"),
+    early_stopping: bool = False,
     max_move: float | Tensor = float("inf"),
     origin: Tensor | None = None,
     fixed: Tensor | None = None,
@@ -41,12 +40,12 @@ def update_vertices(
     Each iteration moves all vertices at once: ``v_i += mean over faces k around i of n_k (n_k . (c_k - v_i))`` with
     the current centroid ``c_k`` of face k. The update ends early once no vertex moves by more than ``tolerance``.
 
-    The first iterations remove noise, later ones bend the surface to errors of the normals. The noise of neighbouring
-    vertices is nearly independent, so while noise is removed, neighbours do not move alike: ``max_correlation`` ends
-    the update when they begin to.
+    The first iterations remove noise, later ones bend the surface to errors of the normals. ``early_stopping`` ends the
+    update in between (:class:`~dnf_pyg.mesh.early_stopping.EarlyStopping`), if the noise of neighbouring vertices is
+    independent.
 
     Source: Sun et al., Fast and Effective Feature-Preserving Mesh Denoising, TVCG 2007, Sec. 4.
-    Differs: ``max_correlation``, ``guard``, ``max_move``, ``fixed`` and ``weight``; with ``guard=False`` and the other
+    Differs: ``early_stopping``, ``guard``, ``max_move``, ``fixed`` and ``weight``; with ``guard=False`` and the other
     defaults this is the published update.
 
     Args:
@@ -55,8 +54,7 @@ def update_vertices(
         normal: Target facet normals, (F, 3), unit length; faces with a zero vector have no effect.
         num_iterations: Largest number of iterations.
         tolerance: Largest movement per iteration, in mean edge lengths, below which the update ends.
-        max_correlation: The update ends, after at least three iterations, once the displacements of neighbouring
-            vertices along the surface normal have at least this correlation; never by default.
+        early_stopping: Whether the update ends, after one iteration or more, at the smallest estimated error.
         max_move: Largest displacement from the position in ``origin``, in mean edge lengths; for all vertices, or for
             each, (V,).
         origin: Positions that displacements are measured from, (V, 3); ``pos`` if not given.
@@ -71,7 +69,7 @@ def update_vertices(
         Updated positions, (V, 3), of the dtype and device of ``pos``; vertices without a face stay in place.
 
     Raises:
-        ValueError: If shapes do not match, a number is negative, or ``max_correlation`` is not a number.
+        ValueError: If shapes do not match or a number is negative.
 
     Examples:
         >>> pos = torch.tensor([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0.3]])
@@ -92,8 +90,6 @@ def update_vertices(
     for name, value in (("num_iterations", num_iterations), ("tolerance", tolerance), ("max_move", lowest)):
         if not value >= 0:
             raise ValueError(f"Expected '{name}' of at least 0 (got {value}). Raise it.")
-    if np.isnan(max_correlation):
-        raise ValueError(f"Expected 'max_correlation' as a number (got {max_correlation}). Use infinity for no limit.")
     if face.size(1) == 0:
         return pos.clone()
     center = pos.mean(dim=0)  # differences of positions far from the origin lose digits
@@ -107,43 +103,43 @@ def update_vertices(
     trust = np.ones(len(corner)) if weight is None else weight.detach().cpu().double().numpy()
     unit = float(topology.mean_edge_length(pos.detach())) or 1.0  # infinity times 0 is not a number
     farthest = (limit * unit).contiguous().numpy()
-    agreement = _Agreement(start, corner, target, topology.edges) if max_correlation < 1 else None
+    ring = ptr.numpy(), face_id.numpy()
+    stopping = _stopping(corner, target, trust, ring, stays, topology.edges) if early_stopping else None
     before, count, reason = current, 0, "the largest number was reached"
     if guard and num_iterations > 0:
         current = unfold(current, corner, target, stays, start, farthest)
     for count in range(1, num_iterations + 1):
-        updated = _stepped(current, start, corner, target, trust, ptr.numpy(), face_id.numpy(), stays, farthest)
+        updated = _stepped(current, start, corner, target, trust, *ring, stays, farthest)
         if guard:
             revert_flips(updated, current, corner, target)
-        largest_step = np.abs(updated - current).max()
-        current = updated
-        if largest_step <= tolerance * unit:
-            reason = "the vertices came to rest"
+        step, middle = updated - current, (updated + current) / 2
+        if stopping and stopping.raises_error(middle - before, step) and count > 1:
+            count, reason = count - 1, "the estimated error began to rise"
             break
-        if agreement and count >= _FEWEST_ITERATIONS and agreement.correlation(current) >= max_correlation:
-            reason = "neighbouring vertices began to move alike"
+        current = updated
+        if np.abs(step).max() <= tolerance * unit:
+            reason = "the vertices came to rest"
             break
     ended(count, reason)
     moved = torch.from_numpy(current != before).any(dim=1).to(pos.device)
     return torch.where(moved[:, None], torch.from_numpy(current).to(pos) + center, pos)
 
 
-class _Agreement:
-    """Correlation of the displacements of neighbouring vertices, along the sum of the target normals around each."""
-
-    def __init__(self, start: Floats, face: Ints, normal: Floats, edge: Tensor) -> None:
-        self.start = start
-        direction = np.zeros_like(start)
-        for corner in face.T:
-            np.add.at(direction, corner, normal)
-        self.direction = direction / np.maximum(np.linalg.norm(direction, axis=1, keepdims=True), 1e-12)
-        self.one, self.other = edge.numpy()
-
-    def correlation(self, pos: Floats) -> float:
-        """Compute the correlation, from -1 to 1; 0 where nothing has moved."""
-        moved = ((pos - self.start) * self.direction).sum(axis=1)
-        variance = float(np.square(moved).mean())
-        return float((moved[self.one] * moved[self.other]).mean()) / variance if variance > 0 else 0.0
+def _stopping(
+    face: Ints, normal: Floats, weight: Floats, ring: tuple[Ints, Ints], fixed: Flags, edge: Tensor
+) -> EarlyStopping:
+    """Early stopping of an update with these normals."""
+    direction = np.zeros((len(fixed), 3))
+    for corner in face.T:
+        np.add.at(direction, corner, normal)
+    direction /= np.maximum(np.linalg.norm(direction, axis=1, keepdims=True), 1e-12)
+    origin, unlimited = np.zeros_like(direction), np.full(len(fixed), np.inf)
+    return EarlyStopping(
+        lambda values: _stepped(values, origin, face, normal, weight, *ring, fixed, unlimited),
+        direction,
+        edge,
+        free=~fixed & (np.diff(ring[0]) > 0),
+    )
 
 
 @njit(cache=True, nogil=True)

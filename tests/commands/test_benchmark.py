@@ -39,8 +39,8 @@ def test_network_baselines_outputs_and_published_in_one_run(data, weights, tmp_p
     assert float(rows["box", "n1", "perfect"]["theta_deg"]) == 0
     assert float(rows["box", "n1", "perfect"]["vertex_error"]) == 0
     assert 0 < float(rows["box", "n1", "BNF"]["theta_deg"]) < float(rows["box", "n1", "BNF"]["theta_noisy_deg"])
-    assert "num_iterations=5, max_correlation=None" in rows["box", "n1", "first"]["parameters"]
-    assert "num_iterations=5, max_correlation=None" in rows["box", "n1", "BNF"]["parameters"]
+    assert "num_iterations=5, early_stopping='auto'" in rows["box", "n1", "first"]["parameters"]
+    assert "num_iterations=5, early_stopping='auto'" in rows["box", "n1", "BNF"]["parameters"]
     content = json.loads((out / "results.json").read_text())
     assert content["data"] == "set/test"
     assert content["summary"]["perfect"]["theta_deg"] == 0

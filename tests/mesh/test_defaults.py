@@ -37,7 +37,7 @@ def results(pos, face):
     graph, topology = FacetGraph.from_mesh(pos, face), Topology(face, len(pos))
     extractor = PatchExtractor(pos, face, patch_size=60, k=8)
     generator = torch.Generator().manual_seed(0)
-    moved = update_vertices(pos, face, normal.roll(1, dims=0), 5, max_correlation=0.5)
+    moved = update_vertices(pos, face, normal.roll(1, dims=0), 5, early_stopping=True)
     return {
         "vertex_faces": torch.cat(vertex_faces(face, len(pos))),
         "one_ring": one_ring(face, len(pos)),

@@ -28,7 +28,7 @@ def test_no_edges():
 
 def test_parts_that_are_kept_are_computed_once_for_all_functions(sphere_mesh, monkeypatch):
     pos, face = sphere_mesh
-    expected = update_vertices(pos, face, pos[face].mean(dim=0), 5, max_correlation=0.9)
+    expected = update_vertices(pos, face, pos[face].mean(dim=0), 5, early_stopping=True)
     graph = FacetGraph.from_mesh(pos, face)
     calls = []
     for name in ("edges", "vertex_faces", "one_ring_csr"):
@@ -37,7 +37,7 @@ def test_parts_that_are_kept_are_computed_once_for_all_functions(sphere_mesh, mo
     topology = Topology(face, len(pos))
     for _ in range(2):
         extractor = PatchExtractor(pos, face, topology=topology)
-        moved = update_vertices(pos, face, pos[face].mean(dim=0), 5, max_correlation=0.9, topology=topology)
+        moved = update_vertices(pos, face, pos[face].mean(dim=0), 5, early_stopping=True, topology=topology)
     assert sorted(calls) == ["edges", "one_ring_csr", "one_ring_csr", "vertex_faces"]
     assert torch.equal(moved, expected)
     assert np.array_equal(extractor.graph.length, graph.length)

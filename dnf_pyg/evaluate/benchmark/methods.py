@@ -104,8 +104,8 @@ class ClassicalMethod:
         start = time.perf_counter()
         moved, normal = self.baseline(pos, face)
         if self.update is not None:
-            end = self.update.end(estimate_noise(pos, face).is_correlated)
-            moved = update_vertices(pos, face, normal, self.update.num_iterations, max_correlation=end)
+            early = self.update.stops_early(estimate_noise(pos, face).is_correlated)
+            moved = update_vertices(pos, face, normal, self.update.num_iterations, early_stopping=early)
         return Result(moved, normal, time.perf_counter() - start)
 
 

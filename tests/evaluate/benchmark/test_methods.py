@@ -31,11 +31,11 @@ def test_network_gives_what_denoise_gives(noisy):
 
 
 def test_classical_filter_moves_vertices_as_networks_do(noisy):
-    update = UpdateOptions(num_iterations=7, max_correlation=0.1)
+    update = UpdateOptions(num_iterations=7, early_stopping="always")
     method = ClassicalMethod("BNF", BilateralNormalFilter(num_iterations=2), update)
     result = method("ball_n2", noisy.pos, noisy.face)
     normal = BilateralNormalFilter(num_iterations=2)(noisy.pos, noisy.face).normal
-    expected = update_vertices(noisy.pos, noisy.face, normal, 7, max_correlation=0.1)
+    expected = update_vertices(noisy.pos, noisy.face, normal, 7, early_stopping=True)
     torch.testing.assert_close((result.pos, result.normal), (expected, normal))
     assert method.parameters("ball_n2") == (
         f"BilateralNormalFilter(sigma_range=0.35, num_iterations=2, num_vertex_iterations=20), {update!r}"
