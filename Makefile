@@ -44,8 +44,8 @@ demo: $(SETUP)  ## Denoise a part and a scan with the packaged weights; pictures
 	@rm -rf runs/demo
 	$(DNF) demo -o runs/demo
 
-test: $(SCATTER)  ## Run the whole test suite
-	@$(PY) -m pytest
+test: $(SCATTER)  ## Run the whole test suite, a process for each core
+	@$(PY) -m pytest -n auto --maxprocesses 8 --dist loadfile
 
 lint: $(SCATTER)  ## Check style and types (ruff, mypy)
 	@$(VENV)/bin/ruff check . && $(VENV)/bin/ruff format --check . && $(VENV)/bin/mypy

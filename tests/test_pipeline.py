@@ -62,7 +62,7 @@ def test_result(noisy, net):
 
 def test_result_says_how_the_update_ended_in_the_log_too(noisy, net, caplog):
     with caplog.at_level("INFO", logger="dnf_pyg"):
-        result = run(noisy, net, update={"num_iterations": 2})
+        result = run(noisy, net, update={"num_iterations": 2, "early_stopping": "never"})
     assert (result.num_iterations, result.ended_by) == (2, "the largest number was reached")
     assert caplog.messages[-1].startswith("denoised 768 faces")
     assert caplog.messages[-1].endswith("2 iterations: the largest number was reached")

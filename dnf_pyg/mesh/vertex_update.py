@@ -18,6 +18,8 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
+_FEWEST_ITERATIONS = 3  # on meshes of a hundred vertices, the estimate of the error is uncertain
+
 
 def update_vertices(
     pos: Tensor,
@@ -54,7 +56,7 @@ def update_vertices(
         normal: Target facet normals, (F, 3), unit length; faces with a zero vector have no effect.
         num_iterations: Largest number of iterations.
         tolerance: Largest movement per iteration, in mean edge lengths, below which the update ends.
-        early_stopping: Whether the update ends, after one iteration or more, at the smallest estimated error.
+        early_stopping: Whether the update ends, after three iterations or more, at the smallest estimated error.
         max_move: Largest displacement from the position in ``origin``, in mean edge lengths; for all vertices, or for
             each, (V,).
         origin: Positions that displacements are measured from, (V, 3); ``pos`` if not given.
@@ -113,7 +115,7 @@ def update_vertices(
         if guard:
             revert_flips(updated, current, corner, target)
         step, middle = updated - current, (updated + current) / 2
-        if stopping and stopping.raises_error(middle - before, step) and count > 1:
+        if stopping and stopping.raises_error(middle - before, step) and count > _FEWEST_ITERATIONS:
             count, reason = count - 1, "the estimated error began to rise"
             break
         current = updated

