@@ -16,6 +16,7 @@ Flags = NDArray[np.bool_]
 Ints = NDArray[np.int32]
 
 _SMOOTHINGS = 4  # of the rates over neighbours, which differ much from vertex to vertex
+_MOST_TANGENTIAL = 1.6  # noise along the normals stays below 2, noise in all directions reaches 7 at sharp edges
 
 
 class EarlyStopping:
@@ -38,8 +39,10 @@ class EarlyStopping:
 
     Source: Stein, "Estimation of the Mean of a Multivariate Normal Distribution", 1981; Ramani et al., "Monte-Carlo
     SURE", 2008 (the random signs).
-    Differs: the strength of the noise is that with which the first steps of mesh and noise are equally large, and the
-    median over the surface takes the place of the sum, so that a few wrong normals at an edge do not decide.
+    Differs: the strength of the noise is that with which the first steps of mesh and noise are equally large. The
+    median over the surface takes the place of the sum, so that a few wrong normals at an edge do not decide. Where the
+    first step moves vertices along the surface by more than noise along the normals explains, the mesh has noise in all
+    directions, and only movements along the normals are compared.
 
     Args:
         step: One iteration of the update for any vectors at the vertices, (V, 3) to (V, 3).
@@ -54,9 +57,10 @@ class EarlyStopping:
         self._edge = edge.cpu().numpy()
         self._step = step
         self._free = free
+        self._direction = direction
         signs = np.random.default_rng(0).choice((-1.0, 1.0), len(direction))
         self._noise = self._left = np.where(free[:, None], signs[:, None] * direction, 0.0)
-        self._variance = 0.0
+        self._variance, self._along_normals = 0.0, False
 
     def raises_error(self, moved: Floats, step: Floats) -> bool:
         """Whether a step raises the estimated error of half of the surface; to be asked after each step.
@@ -68,11 +72,25 @@ class EarlyStopping:
         left = self._step(self._left)
         noise_step, self._left = left - self._left, left
         if self._variance == 0.0:
-            self._variance = self._energy(step) / max(self._energy(noise_step), 1e-300)
+            self._calibrate(step, noise_step)
+        if self._along_normals:
+            moved, step, noise_step = (self._normal_part(values) for values in (moved, step, noise_step))
         rate = _rates(moved, step, self._noise, noise_step, self._variance, self._ptr, self._neighbor)
         for _ in range(_SMOOTHINGS):
             rate = _smoothed(rate, self._ptr, self._neighbor)
         return bool(self._free.any()) and float(np.median(rate[self._free])) >= 0
+
+    def _calibrate(self, step: Floats, noise_step: Floats) -> None:
+        """Set the variance of the noise from the first steps, and see whether the mesh has noise in all directions."""
+        normal, noise_normal = self._normal_part(step), self._normal_part(noise_step)
+        self._variance = self._energy(normal) / max(self._energy(noise_normal), 1e-300)
+        explained = self._variance * self._energy(noise_step - noise_normal)
+        self._along_normals = self._energy(step - normal) > _MOST_TANGENTIAL * explained
+        if not self._along_normals:
+            self._variance = self._energy(step) / max(self._energy(noise_step), 1e-300)
+
+    def _normal_part(self, values: Floats) -> Floats:
+        return (values * self._direction).sum(axis=1, keepdims=True) * self._direction
 
     def _energy(self, values: Floats) -> float:
         one, other = self._edge

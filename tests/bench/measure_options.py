@@ -29,6 +29,7 @@ from dnf_pyg.mesh.flips import flipped_faces
 from dnf_pyg.mesh.geometry import face_normals, mean_edge_length
 from dnf_pyg.mesh.noise import NOISE_KINDS
 from dnf_pyg.mesh.vertex_update import update_vertices
+from dnf_pyg.weights.load import load_cascade
 from dnf_pyg.weights.release import fingerprint
 
 HELD_BACK = ("fandisk", "three_holes", "bumpy_cube", "Julius")
@@ -53,6 +54,8 @@ TRADE = {
     "**`--fast`**: `coverage` 1, fewer neighbours": ("best", replace(FAST, precision="fp32")),
     "**`--weights small`**": ("small", EXACT),
     "`--weights small --fast`": ("small", replace(FAST, precision="fp32")),
+    "**`--weights cascade`**": ("cascade", EXACT),
+    "`--weights cascade --fast`": ("cascade", replace(FAST, precision="fp32")),
 }
 QUARTER = np.array([[0.0, 0, 1], [0, 1, 0], [-1, 0, 0]])
 SKEW = trimesh.transformations.rotation_matrix(1.0, (1, 2, 3))[:3, :3]
@@ -164,7 +167,7 @@ def trade(net, data):
     for name in HELD_BACK:
         meshes = [noisy(data, name, level=level) for level in LEVELS]
         for title, (weights, filtering) in TRADE.items():
-            other = net if weights == "best" else load_network(weights)
+            other = net if weights == "best" else load_cascade(weights)
             start = time.process_time()
             found = [denoise((pos, face.t()), other, filtering=filtering).pos for pos, face, _ in meshes]
             seconds[title] += time.process_time() - start
