@@ -5,9 +5,10 @@ from collections.abc import Callable
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
+from scipy.sparse import csr_array, diags_array, eye_array
 from torch import Tensor
 
-from dnf_pyg.mesh.vertex_graph import vertex_adjacency
+from dnf_pyg.mesh.vertex_graph import vertex_adjacency, walk_means
 
 __all__ = ["EarlyStopping"]
 
@@ -54,6 +55,7 @@ class EarlyStopping:
     def __init__(self, step: Callable[[Floats], Floats], direction: Floats, edge: Tensor, free: Flags) -> None:
         adjacency = vertex_adjacency(edge, len(direction))
         self._ptr, self._neighbor = adjacency.indptr, adjacency.indices
+        self._walk = csr_array(diags_array(1 / (np.diff(self._ptr) + 1.0)) @ (adjacency + eye_array(len(direction))))
         self._edge = edge.cpu().numpy()
         self._step = step
         self._free = free
@@ -76,8 +78,7 @@ class EarlyStopping:
         if self._along_normals:
             moved, step, noise_step = (self._normal_part(values) for values in (moved, step, noise_step))
         rate = _rates(moved, step, self._noise, noise_step, self._variance, self._ptr, self._neighbor)
-        for _ in range(_SMOOTHINGS):
-            rate = _smoothed(rate, self._ptr, self._neighbor)
+        rate = walk_means(self._walk, rate, _SMOOTHINGS)
         return bool(self._free.any()) and float(np.median(rate[self._free])) >= 0
 
     def _calibrate(self, step: Floats, noise_step: Floats) -> None:
@@ -113,14 +114,3 @@ def _rates(
                 rate[v] += (moved[v, axis] - moved[w, axis]) * (step[v, axis] - step[w, axis])
                 rate[v] += variance * (noise[v, axis] - noise[w, axis]) * (noise_step[v, axis] - noise_step[w, axis])
     return rate
-
-
-@njit(cache=True, nogil=True)
-def _smoothed(rate: Floats, ptr: Ints, neighbor: Ints) -> Floats:
-    """Mean of each vertex and its neighbours, (V,)."""
-    mean = rate.copy()
-    for v in range(len(rate)):
-        for entry in range(ptr[v], ptr[v + 1]):
-            mean[v] += rate[neighbor[entry]]
-        mean[v] /= 1 + ptr[v + 1] - ptr[v]
-    return mean

@@ -114,8 +114,8 @@ def update_vertices(
         updated = _stepped(current, start, corner, target, trust, *ring, stays, farthest)
         if guard:
             revert_flips(updated, current, corner, target)
-        step, middle = updated - current, (updated + current) / 2
-        if stopping and stopping.raises_error(middle - before, step) and count > _FEWEST_ITERATIONS:
+        step = updated - current
+        if stopping and stopping.raises_error((updated + current) / 2 - before, step) and count > _FEWEST_ITERATIONS:
             count, reason = count - 1, "the estimated error began to rise"
             break
         current = updated
