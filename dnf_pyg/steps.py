@@ -26,6 +26,7 @@ _TURN = 2.0  # root mean square of the tangent by which noise of one edge length
 _SHARE = 0.16  # of the faces that a coarser version keeps: edges of 2.5 times the length
 _MOST_SIGMA = 30.0  # standard deviations of the noise by which vertices move at most: scans reach 22
 _FEWEST_FACES = 200  # of a coarser version; one with fewer has lost the shape
+_LONGER = 1.5  # is the update to the more accurate normals of a later network
 
 
 @dataclass(frozen=True)
@@ -88,8 +89,19 @@ class Steps:
             unit = float(topology.mean_edge_length(origin)) or 1.0
             limit = (_MOST_SIGMA * local.sigma / unit).clamp(max=limit)
         start, normal = pos, torch.empty(0)
+        stops_early = self.update.stops_early(self.noise.is_correlated)
+
+        def ended(count: int, reason: str) -> None:
+            nonlocal most
+            if stops_early and row == 0:  # how later normals depend on the noise, the estimate of the error cannot see
+                most = min(most, math.ceil(_LONGER * count))
+            elif count == most < self.update.num_iterations:
+                reason = f"{_LONGER:g} times as many as for the first network"
+            self.ended(count, reason)
+
         for turn in range(self.num_passes):
             given = filled_face_normals(pos, face)
+            most = self.update.num_iterations
             for row, net in enumerate(networks):
                 number = turn * len(networks) + row
                 fused = filter_normals(
@@ -108,14 +120,14 @@ class Steps:
                     start,
                     face,
                     normal,
-                    self.update.num_iterations,
-                    early_stopping=self.update.stops_early(self.noise.is_correlated),
+                    most,
+                    early_stopping=stops_early and row == 0,
                     max_move=limit,
                     origin=origin,
                     fixed=fixed,
                     weight=trust,
                     topology=topology,
-                    ended=self.ended,
+                    ended=ended,
                 )
                 self.watch.lap("update")
         return pos, fused._replace(normal=normal.float())

@@ -48,6 +48,23 @@ def test_networks_of_a_cascade_see_the_mesh_and_the_normals_of_those_before(nois
     torch.testing.assert_close(result.pos, updated(pos, face, two), rtol=0, atol=1e-6)
 
 
+def test_later_updates_of_a_cascade_run_half_as_long_again(noisy):
+    pos, face = noisy
+    networks = [SurfaceDNFNet(**SMALL).eval(), *(SurfaceDNFNet(**SMALL, num_earlier=2).eval() for _ in range(2))]
+    told = []
+    update = UpdateOptions(num_iterations=40, early_stopping="always", max_excess=float("inf"))
+    steps = Steps(
+        Cascade(networks), FILTERING, update, NoiseEstimate(0.2, 0.0), 2, lambda done, total: None, Stopwatch(),
+        ended=lambda count, why: told.append((count, why)),
+    )  # fmt: skip
+    steps(pos, face, torch.zeros(len(pos), dtype=torch.bool), Topology(face, len(pos)))
+    assert len(told) == 6
+    for (first, why), second, third in (told[:3], told[3:]):
+        assert 3 <= first < 26
+        assert why == "the estimated error began to rise"
+        assert second == third == (math.ceil(1.5 * first), "1.5 times as many as for the first network")
+
+
 @pytest.mark.parametrize(
     ("given", "correlation", "share"), [(None, 0.0, 0.2), (None, 0.8, 0.0), (0.1, 0.0, 0.1), (0.2, 0.8, 0.2)]
 )

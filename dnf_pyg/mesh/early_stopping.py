@@ -17,6 +17,7 @@ Flags = NDArray[np.bool_]
 Ints = NDArray[np.int32]
 
 _SMOOTHINGS = 4  # of the rates over neighbours, which differ much from vertex to vertex
+_TANGENTIAL_WEIGHT = 0.6  # of movements along the surface: at sharp edges they remove noise, but less surely
 _MOST_TANGENTIAL = 1.6  # noise along the normals stays below 2, noise in all directions reaches 7 at sharp edges
 
 
@@ -41,9 +42,9 @@ class EarlyStopping:
     Source: Stein, "Estimation of the Mean of a Multivariate Normal Distribution", 1981; Ramani et al., "Monte-Carlo
     SURE", 2008 (the random signs).
     Differs: the strength of the noise is that with which the first steps of mesh and noise are equally large. The
-    median over the surface takes the place of the sum, so that a few wrong normals at an edge do not decide. Where the
-    first step moves vertices along the surface by more than noise along the normals explains, the mesh has noise in all
-    directions, and only movements along the normals are compared.
+    median over the surface takes the place of the sum, so that a few wrong normals at an edge do not decide. Movements
+    along the surface count less than those along the normals. Where the first step has more of them than noise along
+    the normals explains, the mesh has noise in all directions, and they do not count.
 
     Args:
         step: One iteration of the update for any vectors at the vertices, (V, 3) to (V, 3).
@@ -62,7 +63,7 @@ class EarlyStopping:
         self._direction = direction
         signs = np.random.default_rng(0).choice((-1.0, 1.0), len(direction))
         self._noise = self._left = np.where(free[:, None], signs[:, None] * direction, 0.0)
-        self._variance, self._along_normals = 0.0, False
+        self._variance, self._tangential_weight = 0.0, _TANGENTIAL_WEIGHT
 
     def raises_error(self, moved: Floats, step: Floats) -> bool:
         """Whether a step raises the estimated error of half of the surface; to be asked after each step.
@@ -75,8 +76,7 @@ class EarlyStopping:
         noise_step, self._left = left - self._left, left
         if self._variance == 0.0:
             self._calibrate(step, noise_step)
-        if self._along_normals:
-            moved, step, noise_step = (self._normal_part(values) for values in (moved, step, noise_step))
+        moved, step, noise_step = (self._weighted(values) for values in (moved, step, noise_step))
         rate = _rates(moved, step, self._noise, noise_step, self._variance, self._ptr, self._neighbor)
         rate = walk_means(self._walk, rate, _SMOOTHINGS)
         return bool(self._free.any()) and float(np.median(rate[self._free])) >= 0
@@ -86,9 +86,12 @@ class EarlyStopping:
         normal, noise_normal = self._normal_part(step), self._normal_part(noise_step)
         self._variance = self._energy(normal) / max(self._energy(noise_normal), 1e-300)
         explained = self._variance * self._energy(noise_step - noise_normal)
-        self._along_normals = self._energy(step - normal) > _MOST_TANGENTIAL * explained
-        if not self._along_normals:
-            self._variance = self._energy(step) / max(self._energy(noise_step), 1e-300)
+        if self._energy(step - normal) > _MOST_TANGENTIAL * explained:
+            self._tangential_weight = 0.0
+
+    def _weighted(self, values: Floats) -> Floats:
+        normal = self._normal_part(values)
+        return normal + self._tangential_weight * (values - normal)
 
     def _normal_part(self, values: Floats) -> Floats:
         return (values * self._direction).sum(axis=1, keepdims=True) * self._direction

@@ -27,6 +27,11 @@ def waves(pos, height, frequency):
 
 def rates_by_matrix(operator, start, direction, ring, num_steps):
     """Median rate of each step, with the update written out as a matrix of all coordinates, (3 V, 3 V)."""
+
+    def weighted(values, tangential):  # movements along the surface count less
+        normal = np.array([(value @ n) * n for value, n in zip(values, direction, strict=True)])
+        return normal + tangential * (values - normal)
+
     signs = np.random.default_rng(0).choice((-1.0, 1.0), len(start))
     noise = signs[:, None] * direction
     size, medians = len(start), []
@@ -37,8 +42,9 @@ def rates_by_matrix(operator, start, direction, ring, num_steps):
         if count == 0:
             squares = [
                 sum(float(np.square(each[v] - each[w]).sum()) for v in range(size) for w in ring[v])
-                for each in (step, noise_step)
+                for each in (weighted(step, 0), weighted(noise_step, 0))
             ]
+        step, noise_step, moved = (weighted(each, 0.6) for each in (step, noise_step, moved))
         rate = [
             sum(
                 (moved[v] - moved[w]) @ (step[v] - step[w])
