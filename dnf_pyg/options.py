@@ -65,8 +65,9 @@ class FilterOptions:
             memory.
         smoothing: Filtered normals are smoothed where they differ from their mean over the faces around by less than
             about this share of the angle by which the noise turns normals, which leaves detail and sharp edges as they
-            are; 0 for none. If not given, this is 0.2 for white noise, and 0 for noise that is estimated to be
-            correlated between neighbouring vertices.
+            are; 0 for none. For the later networks of a cascade, which are more accurate, it is halved. If not given,
+            this is 0.2 for white noise, and 0 for noise that is estimated to be correlated between neighbouring
+            vertices.
         num_coarser: Number of coarser versions of the mesh, each with a sixth of the faces, that are denoised before
             it. If not given, this is 0 for white noise, and 1 for noise that is estimated to be correlated between
             neighbouring vertices.

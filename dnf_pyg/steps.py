@@ -26,7 +26,8 @@ _TURN = 2.0  # root mean square of the tangent by which noise of one edge length
 _SHARE = 0.16  # of the faces that a coarser version keeps: edges of 2.5 times the length
 _MOST_SIGMA = 30.0  # standard deviations of the noise by which vertices move at most: scans reach 22
 _FEWEST_FACES = 200  # of a coarser version; one with fewer has lost the shape
-_LONGER = 1.5  # is the update to the more accurate normals of a later network
+_LONGER = 1.25  # is the update to the more accurate normals of a later network
+_LATER_SHARE = 0.5  # of the tolerance of smoothing, for these normals
 
 
 @dataclass(frozen=True)
@@ -114,7 +115,7 @@ class Steps:
                     progress=part_of(self.progress, number, self.num_passes * len(networks)),
                     watch=self.watch,
                 )
-                normal = smooth_normals(fused.normal.double(), face_areas(pos, face), topology, self._tolerance)
+                normal = smooth_normals(fused.normal.double(), face_areas(pos, face), topology, self._tolerance(row))
                 self.watch.lap("fuse")
                 pos = update_vertices(
                     start,
@@ -147,11 +148,10 @@ class Steps:
         move = coarse.prolong(moved - coarse.pos)
         return move * (self._limit * unit / move.norm(dim=1, keepdim=True).clamp(min=1e-300)).clamp(max=1)
 
-    @property
-    def _tolerance(self) -> float:
-        """Largest difference of filtered normals from their mean that is smoothed, in degrees."""
+    def _tolerance(self, row: int) -> float:
+        """Largest difference of the normals of a network from their mean that is smoothed, in degrees."""
         turned = math.degrees(_TURN * self.noise.level)
-        return self.filtering.smoothed_share(self.noise.is_correlated) * turned
+        return self.filtering.smoothed_share(self.noise.is_correlated) * turned * (_LATER_SHARE if row > 0 else 1.0)
 
     @property
     def _limit(self) -> float:
