@@ -90,7 +90,7 @@ class Steps:
             unit = float(topology.mean_edge_length(origin)) or 1.0
             limit = (_MOST_SIGMA * local.sigma / unit).clamp(max=limit)
         start, normal = pos, torch.empty(0)
-        stops_early = self.update.stops_early(self.noise.is_correlated)
+        most, stops_early = self.update.num_iterations, self.update.stops_early(self.noise.is_correlated)
 
         def ended(count: int, reason: str) -> None:
             nonlocal most
