@@ -25,17 +25,13 @@ LEVELS = 0.03, 0.45
 
 
 def add_noise(clean: Path, pairs: Path) -> None:
-    """Write a clean and two noisy versions of each mesh; files that exist are kept."""
+    """Write a noisy and a clean version of each mesh."""
     pairs.mkdir(parents=True, exist_ok=True)
     for path in list_meshes(clean):
-        mesh = read_mesh(path)
-        for version in ("", "_n1", "_n2"):
-            pair = pairs / f"{path.stem}{version}.ply"
-            if pair.exists():
-                continue
-            dice = Dice(torch.Generator().manual_seed(crc32(pair.stem.encode())))
-            pos = NOISE(mesh.pos, mesh.face, dice.uniform(*LEVELS), dice.generator) if version else mesh.pos
-            write_mesh(trimesh.Trimesh(pos.numpy(), mesh.face.t().numpy(), process=False), pos, pair)
+        mesh, dice = read_mesh(path), Dice(torch.Generator().manual_seed(crc32(path.stem.encode()) + 7))
+        noisy = NOISE(mesh.pos, mesh.face, dice.uniform(*LEVELS), dice.generator)
+        for pos, name in ((mesh.pos, path.stem), (noisy, f"{path.stem}_noisy")):
+            write_mesh(trimesh.Trimesh(pos.numpy(), mesh.face.t().numpy(), process=False), pos, pairs / f"{name}.ply")
 
 
 def widen(first: str, start: Path, num_earlier: int = 2) -> None:
