@@ -65,6 +65,25 @@ def test_later_updates_of_a_cascade_run_a_quarter_longer(noisy):
         assert second == third == (math.ceil(1.25 * first), "1.25 times as many as for the first network")
 
 
+def test_normals_of_later_networks_are_smoothed_half_as_much(noisy):
+    pos, face = noisy
+    first, second = SurfaceDNFNet(**SMALL).eval(), SurfaceDNFNet(**SMALL, num_earlier=2).eval()
+    topology, options = Topology(face, len(pos)), replace(FILTERING, smoothing=0.2)
+    steps = Steps(
+        Cascade([first, second]), options, UPDATE, NoiseEstimate(0.2, 0.0), 1, lambda done, total: None, Stopwatch(),
+        ended=lambda count, why: None,
+    )  # fmt: skip
+    _, fused = steps(pos, face, torch.zeros(len(pos), dtype=torch.bool), topology)
+    tolerance = 0.2 * math.degrees(2.0 * 0.2)
+    one = filter_normals(first, pos, face, options).normal.double()
+    one = smooth_normals(one, face_areas(pos, face), topology, tolerance)
+    between, earlier = updated(pos, face, one), torch.stack([one, filled_face_normals(pos, face)], dim=1)
+    two = filter_normals(second, between, face, replace(options, seed=1), earlier=earlier).normal.double()
+    half, full = (smooth_normals(two, face_areas(between, face), topology, tolerance * part) for part in (0.5, 1.0))
+    torch.testing.assert_close(fused.normal, half.float(), rtol=0, atol=1e-6)
+    assert not torch.allclose(half, full, rtol=0, atol=1e-4)
+
+
 @pytest.mark.parametrize(
     ("given", "correlation", "share"), [(None, 0.0, 0.2), (None, 0.8, 0.0), (0.1, 0.0, 0.1), (0.2, 0.8, 0.2)]
 )

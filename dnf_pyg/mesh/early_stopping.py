@@ -41,10 +41,10 @@ class EarlyStopping:
 
     Source: Stein, "Estimation of the Mean of a Multivariate Normal Distribution", 1981; Ramani et al., "Monte-Carlo
     SURE", 2008 (the random signs).
-    Differs: the strength of the noise is that with which the first steps of mesh and noise are equally large. The
-    median over the surface takes the place of the sum, so that a few wrong normals at an edge do not decide. Movements
-    along the surface count less than those along the normals. Where the first step has more of them than noise along
-    the normals explains, the mesh has noise in all directions, and they do not count.
+    Differs: the strength of the noise is that with which the first steps of mesh and noise are equally large along the
+    normals. The median over the surface takes the place of the sum, so that a few wrong normals at an edge do not
+    decide. Movements along the surface count less than those along the normals. Where the first step has more of them
+    than noise along the normals explains, the mesh has noise in all directions, and they do not count.
 
     Args:
         step: One iteration of the update for any vectors at the vertices, (V, 3) to (V, 3).

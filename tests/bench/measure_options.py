@@ -56,7 +56,7 @@ TRADE = {
     "`--weights small --fast`": ("small", replace(FAST, precision="fp32")),
     "**`--weights cascade`**": ("cascade", EXACT),
     "`--weights cascade --fast`": ("cascade", replace(FAST, precision="fp32")),
-    "`--weights cascade --coverage 4`": ("cascade", replace(EXACT, coverage=4)),
+    "`--weights cascade --coverage 6`": ("cascade", replace(EXACT, coverage=6)),
 }
 QUARTER = np.array([[0.0, 0, 1], [0, 1, 0], [-1, 0, 0]])
 SKEW = trimesh.transformations.rotation_matrix(1.0, (1, 2, 3))[:3, :3]
