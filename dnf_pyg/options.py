@@ -16,6 +16,8 @@ T = TypeVar("T")
 DEFAULT_WEIGHTS = "best"
 """Name of the packaged weights that are used if none are given."""
 
+_CORRELATED_SHARE = 0.25  # of the smoothing for white noise: scans have detail of the size of their noise
+
 Direction = Literal["auto", "x", "-x", "y", "-y", "z", "-z"]
 """The axis from whose end pictures and pages show a mesh; auto chooses a direction that suits it."""
 
@@ -65,9 +67,10 @@ class FilterOptions:
             memory.
         smoothing: Filtered normals are smoothed where they differ from their mean over the faces around by less than
             about this share of the angle by which the noise turns normals, which leaves detail and sharp edges as they
-            are; 0 for none. For the later networks of a cascade, which are more accurate, it is halved. If not given,
-            this is 0.2 for white noise, and 0 for noise that is estimated to be correlated between neighbouring
-            vertices.
+            are; 0 for none. If not given, white noise has the share of the network
+            (:attr:`~dnf_pyg.nn.FilteringNetwork.smoothing`: 0.2 for `best`, 0.05 for the later network of `cascade`,
+            0.5 for `synthetic`), and noise that is estimated to be correlated between neighbouring vertices a quarter
+            of it.
         num_coarser: Number of coarser versions of the mesh, each with a sixth of the faces, that are denoised before
             it. If not given, this is 0 for white noise, and 1 for noise that is estimated to be correlated between
             neighbouring vertices.
@@ -115,11 +118,16 @@ class FilterOptions:
             return self.num_coarser
         return 1 if is_correlated else 0
 
-    def smoothed_share(self, is_correlated: bool) -> float:
-        """Share of the angle of the noise up to which differences are smoothed, for white or correlated noise."""
+    def smoothed_share(self, is_correlated: bool, suited: float) -> float:
+        """Share of the angle of the noise up to which differences are smoothed.
+
+        Args:
+            is_correlated: Whether the noise is correlated rather than white.
+            suited: Share that suits the network, for white noise.
+        """
         if self.smoothing is not None:
             return self.smoothing
-        return 0.0 if is_correlated else 0.2
+        return suited * (_CORRELATED_SHARE if is_correlated else 1.0)
 
 
 @dataclass(frozen=True)

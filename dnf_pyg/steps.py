@@ -15,7 +15,7 @@ from dnf_pyg.mesh.noise_level import NoiseEstimate
 from dnf_pyg.mesh.normal_smoothing import smooth_normals
 from dnf_pyg.mesh.topology import Topology
 from dnf_pyg.mesh.vertex_update import update_vertices
-from dnf_pyg.nn import Cascade
+from dnf_pyg.nn import Cascade, FilteringNetwork
 from dnf_pyg.options import FilterOptions, UpdateOptions
 from dnf_pyg.patches.fusion import FusedNormals
 from dnf_pyg.progress import Progress, Stopwatch, part_of
@@ -27,7 +27,6 @@ _SHARE = 0.16  # of the faces that a coarser version keeps: edges of 2.5 times t
 _MOST_SIGMA = 30.0  # standard deviations of the noise by which vertices move at most: scans reach 22
 _FEWEST_FACES = 200  # of a coarser version; one with fewer has lost the shape
 _LONGER = 1.25  # is the update to the more accurate normals of a later network
-_LATER_SHARE = 0.5  # of the tolerance of smoothing, for these normals
 
 
 @dataclass(frozen=True)
@@ -115,7 +114,7 @@ class Steps:
                     progress=part_of(self.progress, number, self.num_passes * len(networks)),
                     watch=self.watch,
                 )
-                normal = smooth_normals(fused.normal.double(), face_areas(pos, face), topology, self._tolerance(row))
+                normal = smooth_normals(fused.normal.double(), face_areas(pos, face), topology, self._tolerance(net))
                 self.watch.lap("fuse")
                 pos = update_vertices(
                     start,
@@ -148,10 +147,10 @@ class Steps:
         move = coarse.prolong(moved - coarse.pos)
         return move * (self._limit * unit / move.norm(dim=1, keepdim=True).clamp(min=1e-300)).clamp(max=1)
 
-    def _tolerance(self, row: int) -> float:
+    def _tolerance(self, net: FilteringNetwork) -> float:
         """Largest difference of the normals of a network from their mean that is smoothed, in degrees."""
         turned = math.degrees(_TURN * self.noise.level)
-        return self.filtering.smoothed_share(self.noise.is_correlated) * turned * (_LATER_SHARE if row > 0 else 1.0)
+        return self.filtering.smoothed_share(self.noise.is_correlated, net.smoothing) * turned
 
     @property
     def _limit(self) -> float:

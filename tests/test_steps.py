@@ -65,10 +65,10 @@ def test_later_updates_of_a_cascade_run_a_quarter_longer(noisy):
         assert second == third == (math.ceil(1.25 * first), "1.25 times as many as for the first network")
 
 
-def test_normals_of_later_networks_are_smoothed_half_as_much(noisy):
+def test_normals_of_later_networks_are_smoothed_less(noisy):
     pos, face = noisy
     first, second = SurfaceDNFNet(**SMALL).eval(), SurfaceDNFNet(**SMALL, num_earlier=2).eval()
-    topology, options = Topology(face, len(pos)), replace(FILTERING, smoothing=0.2)
+    topology, options = Topology(face, len(pos)), replace(FILTERING, smoothing=None)
     steps = Steps(
         Cascade([first, second]), options, UPDATE, NoiseEstimate(0.2, 0.0), 1, lambda done, total: None, Stopwatch(),
         ended=lambda count, why: None,
@@ -79,15 +79,15 @@ def test_normals_of_later_networks_are_smoothed_half_as_much(noisy):
     one = smooth_normals(one, face_areas(pos, face), topology, tolerance)
     between, earlier = updated(pos, face, one), torch.stack([one, filled_face_normals(pos, face)], dim=1)
     two = filter_normals(second, between, face, replace(options, seed=1), earlier=earlier).normal.double()
-    half, full = (smooth_normals(two, face_areas(between, face), topology, tolerance * part) for part in (0.5, 1.0))
-    torch.testing.assert_close(fused.normal, half.float(), rtol=0, atol=1e-6)
-    assert not torch.allclose(half, full, rtol=0, atol=1e-4)
+    less, full = (smooth_normals(two, face_areas(between, face), topology, tolerance * part) for part in (0.25, 1.0))
+    torch.testing.assert_close(fused.normal, less.float(), rtol=0, atol=1e-6)
+    assert not torch.allclose(less, full, rtol=0, atol=1e-4)
 
 
 @pytest.mark.parametrize(
-    ("given", "correlation", "share"), [(None, 0.0, 0.2), (None, 0.8, 0.0), (0.1, 0.0, 0.1), (0.2, 0.8, 0.2)]
+    ("given", "correlation", "share"), [(None, 0.0, 0.2), (None, 0.8, 0.05), (0.1, 0.0, 0.1), (0.2, 0.8, 0.2)]
 )
-def test_filtered_normals_are_smoothed_for_white_noise_or_as_told(noisy, given, correlation, share):
+def test_filtered_normals_are_smoothed_less_for_correlated_noise_or_as_told(noisy, given, correlation, share):
     pos, face = noisy
     topology, net = Topology(face, len(pos)), SurfaceDNFNet(**SMALL).eval()
     options, noise = replace(FILTERING, smoothing=given), NoiseEstimate(0.2, correlation)

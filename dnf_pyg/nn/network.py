@@ -46,6 +46,15 @@ class FilteringNetwork(Module, Pretrained, ABC):
         return ("x", "edge_index", "edge_attr", "batch")
 
     @property
+    def smoothing(self) -> float:
+        """How much its normals need to be smoothed: a share of the angle by which white noise turns normals.
+
+        Normals that differ from their mean over the faces around by less are taken for errors of the network
+        (:func:`~dnf_pyg.mesh.normal_smoothing.smooth_normals`).
+        """
+        return 0.5
+
+    @property
     def networks(self) -> list["FilteringNetwork"]:
         """The network itself, as a :class:`~dnf_pyg.nn.Cascade` of one."""
         return [self]
