@@ -14,7 +14,7 @@ from dnf_pyg.mesh.noise import CorrelatedNoise
 from dnf_pyg.mesh.noise_level import NoiseEstimate
 from dnf_pyg.mesh.normal_smoothing import smooth_normals
 from dnf_pyg.mesh.vertex_update import update_vertices
-from dnf_pyg.nn import Cascade, SurfaceDNFNet
+from dnf_pyg.nn import Cascade, DNFNet, SurfaceDNFNet
 from dnf_pyg.progress import Stopwatch
 from dnf_pyg.steps import Steps
 
@@ -85,11 +85,19 @@ def test_normals_of_later_networks_are_smoothed_less(noisy):
 
 
 @pytest.mark.parametrize(
-    ("given", "correlation", "share"), [(None, 0.0, 0.2), (None, 0.8, 0.05), (0.1, 0.0, 0.1), (0.2, 0.8, 0.2)]
+    ("network", "given", "correlation", "share"),
+    [
+        (SurfaceDNFNet, None, 0.0, 0.2),
+        (SurfaceDNFNet, None, 0.8, 0.05),
+        (SurfaceDNFNet, 0.1, 0.0, 0.1),
+        (SurfaceDNFNet, 0.2, 0.8, 0.2),
+        (DNFNet, None, 0.0, 0.5),
+        (DNFNet, None, 0.8, 0.125),
+    ],
 )
-def test_filtered_normals_are_smoothed_less_for_correlated_noise_or_as_told(noisy, given, correlation, share):
+def test_normals_are_smoothed_as_suits_the_network_and_the_noise_or_as_told(noisy, network, given, correlation, share):
     pos, face = noisy
-    topology, net = Topology(face, len(pos)), SurfaceDNFNet(**SMALL).eval()
+    topology, net = Topology(face, len(pos)), network(**SMALL).eval()
     options, noise = replace(FILTERING, smoothing=given), NoiseEstimate(0.2, correlation)
     steps = Steps(net, options, UPDATE, noise, 1, lambda done, total: None, Stopwatch(), lambda count, why: None)
     moved, fused = steps(pos, face, torch.zeros(len(pos), dtype=torch.bool), topology)

@@ -17,7 +17,7 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Shorts = NDArray[np.int32]
 
-_NUM_ITERATIONS = 12
+_NUM_ITERATIONS = 8
 _RANGE = 5.0  # in median differences of a face to those around it
 _LEAST, _MOST = 0.05, 0.5  # limits of the range: 3 and 29 degrees
 _DETAIL = 5.0  # in medians of what smoothing changes: more is detail, whatever the tolerance
@@ -40,13 +40,13 @@ def smooth_normals(normal: Tensor, area: Tensor, topology: Topology, tolerance: 
     much, and give it back, which is known as twicing:
 
     .. math::
-        \mathbf{s} \propto 2 \, S^{12}(\mathbf{n}) - S^{24}(\mathbf{n}), \qquad
+        \mathbf{s} \propto 2 \, S^{8}(\mathbf{n}) - S^{16}(\mathbf{n}), \qquad
         \mathbf{n}'_i \propto \mathbf{n}_i + e^{-(d_i / d)^2} (\mathbf{s}_i - \mathbf{n}_i).
 
     How much of the difference is taken depends on :math:`d_i`, the mean of :math:`\Vert \mathbf{s} - \mathbf{n} \Vert`
     over the two rings around face i: detail differs from its smoothed version by more than the tolerance :math:`d`, and
-    stays. The tolerance is at most five times the median of :math:`d_i`, since on a mesh that is flat for the most part,
-    smaller differences are detail as well.
+    stays. The tolerance is at most five times the median of :math:`d_i`: on a mesh that is flat for the most part, even
+    smaller differences are detail.
     Source: Zheng et al. 2011 (bilateral normal filtering); Tukey 1977, "Exploratory data analysis" (twicing).
     Differs: the range and the share that is taken; Li et al. 2020 do not smooth filtered normals.
 

@@ -42,7 +42,7 @@ KINDS = {
     "Gaussian in all directions, 0.2": ("isotropic", 0.2),
     "alike at neighbouring vertices, 0.2": ("scan", 0.2),
 }
-SHARES = (0.0, 0.05, 0.1, 0.2, 0.3)
+SHARES = (0.0, 0.05, 0.1, 0.2, 0.3, 0.5, 0.8)
 EXACT = FilterOptions(precision="fp32")
 ITERATIONS = (5, 10, 20, 40, 100)
 MORE_ITERATIONS = (1, 2, 3, 4, 5, 6, 7, 8, 10, 12, 14, 17, 20, 24, 28, 33, 40, 48, 57, 68, 82, 100)
@@ -133,17 +133,19 @@ def kinds(net, data):
 
 
 def shares(net, data):
-    """Theta by the share of the angle of the noise up to which filtered normals are smoothed."""
+    """Theta of networks by the share of the angle of the noise up to which their normals are smoothed."""
     rows = []
-    for level in (0.05, 0.1, 0.3, 0.5):
-        results = []
-        for name in HELD_BACK[:3]:
-            pos, face, clean = noisy(data, name, level=level)
-            options = [replace(EXACT, smoothing=share) for share in SHARES]
-            found = [denoise((pos, face.t()), net, filtering=filtering).pos for filtering in options]
-            results.append([theta(end, face, clean) for end in found])
-        rows.append([f"{level}", *map(number, torch.tensor(results).mean(dim=0).tolist())])
-    table(["noise", *map(str, SHARES)], rows)
+    for weights in ("best", "small", "synthetic"):
+        other = net if weights == "best" else load_cascade(weights)
+        for level in (0.1, 0.3):
+            results = []
+            for name in HELD_BACK[:3]:
+                pos, face, clean = noisy(data, name, level=level)
+                options = [replace(EXACT, smoothing=share) for share in SHARES]
+                found = [denoise((pos, face.t()), other, filtering=filtering).pos for filtering in options]
+                results.append([theta(end, face, clean) for end in found])
+            rows.append([f"`{weights}`", f"{level}", *bold_lowest(torch.tensor(results).mean(dim=0).tolist())])
+    table(["network", "noise", *map(str, SHARES)], rows)
 
 
 def iterations(net, data):

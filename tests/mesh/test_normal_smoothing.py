@@ -46,12 +46,12 @@ def reference(normal, area, face, tolerance):
         min(max(5 * np.median([np.linalg.norm(n[f] - n[g]) for g in ring]), 0.05), 0.5) for f, ring in enumerate(rings)
     ]
     weights = [
-        np.array([a[g] * math.exp(-(np.linalg.norm(n[f] - n[g]) / min(reach[f], reach[g])) ** 2) for g in ring])
+        np.array([a[g] * math.exp(-((np.linalg.norm(n[f] - n[g]) / min(reach[f], reach[g])) ** 2)) for g in ring])
         for f, ring in enumerate(rings)
     ]
 
     def iterated(s):
-        for _ in range(12):
+        for _ in range(8):
             s = np.stack([unit(weight @ s[ring]) for weight, ring in zip(weights, rings, strict=True)])
         return s
 

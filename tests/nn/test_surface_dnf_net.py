@@ -69,6 +69,10 @@ def test_reset_and_errors(make):
             small_net(**{name: 0})
 
 
+def test_its_normals_need_less_smoothing_as_a_later_network():
+    assert (small_net().smoothing, small_net(num_earlier=2).smoothing) == (0.2, 0.05)
+
+
 def test_further_normals_turn_with_the_mesh_and_change_the_result(make):
     data, net = make.patch(15), make.scramble(small_net(num_earlier=2)).eval()
     assert net.inputs[-1] == "earlier"
