@@ -50,7 +50,7 @@ class FilteringNetwork(Module, Pretrained, ABC):
         """How much its normals need to be smoothed: a share of the angle by which white noise turns normals.
 
         Normals that differ from their mean over the faces around by less are taken for errors of the network
-        (:func:`~dnf_pyg.mesh.normal_smoothing.smooth_normals`).
+        (``dnf_pyg.mesh.normal_smoothing``).
         """
         return 0.5
 
