@@ -21,7 +21,7 @@ _NUM_ITERATIONS = 8
 _RANGE = 5.0  # in median differences of a face to those around it
 _LEAST, _MOST = 0.05, 0.5  # limits of the range: 3 and 29 degrees
 _DETAIL = 5.0  # in medians of what smoothing changes: more is detail, whatever the tolerance
-_TINY = 1e-12
+_TINY = 1e-12  # tolerance where smoothing changes nothing, in place of 0
 
 
 def smooth_normals(normal: Tensor, area: Tensor, topology: Topology, tolerance: float) -> Tensor:
@@ -70,13 +70,13 @@ def smooth_normals(normal: Tensor, area: Tensor, topology: Topology, tolerance: 
     """
     if not 0 <= tolerance < math.inf:
         raise ValueError(f"Expected 'tolerance' of at least 0 degrees (got {tolerance}). Use 0 for no smoothing.")
-    if tolerance == 0:
+    if tolerance == 0 or len(normal) == 0:
         return normal
     ptr, ring = topology.one_ring()
     size = area.detach().cpu().double()
     found = _smoothed(
         normal.detach().cpu().double().contiguous().numpy(),
-        (size / (size.max() or 1.0)).numpy() if len(size) else size.numpy(),
+        (size / (size.max() or 1.0)).numpy(),
         ptr,
         ring,
         math.radians(tolerance),
@@ -90,8 +90,6 @@ def _smoothed(normal: Floats, area: Floats, ptr: Ints, ring: Shorts, tolerance: 
     once = _filtered(normal, normal, area, ptr, ring, weight)
     twice = _filtered(once, normal, area, ptr, ring, weight)
     num_faces = len(normal)
-    if num_faces == 0:
-        return normal
     smooth, detail = np.empty_like(normal), np.empty(num_faces)
     for f in range(num_faces):
         x, y, z = 2 * once[f] - twice[f]
@@ -148,7 +146,8 @@ def _ring_means(value: Floats, area: Floats, ptr: Ints, ring: Shorts) -> Floats:
     for f in range(len(value)):
         total, weights = area[f] * value[f], area[f]
         for entry in range(ptr[f], ptr[f + 1]):
-            total += area[ring[entry]] * value[ring[entry]]
-            weights += area[ring[entry]]
+            g = ring[entry]
+            total += area[g] * value[g]
+            weights += area[g]
         means[f] = total / weights if weights > 0 else value[f]
     return means

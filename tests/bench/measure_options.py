@@ -134,6 +134,7 @@ def kinds(net, data):
 
 def shares(net, data):
     """Theta of networks by the share of the angle of the noise up to which their normals are smoothed."""
+    options = [replace(EXACT, smoothing=share) for share in SHARES]
     rows = []
     for weights in ("best", "small", "synthetic"):
         other = net if weights == "best" else load_cascade(weights)
@@ -141,7 +142,6 @@ def shares(net, data):
             results = []
             for name in HELD_BACK[:3]:
                 pos, face, clean = noisy(data, name, level=level)
-                options = [replace(EXACT, smoothing=share) for share in SHARES]
                 found = [denoise((pos, face.t()), other, filtering=filtering).pos for filtering in options]
                 results.append([theta(end, face, clean) for end in found])
             rows.append([f"`{weights}`", f"{level}", *bold_lowest(torch.tensor(results).mean(dim=0).tolist())])
