@@ -18,8 +18,6 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
-_FEWEST_ITERATIONS = 3  # on meshes of a hundred vertices, the estimate of the error is uncertain
-
 
 def update_vertices(
     pos: Tensor,
@@ -107,24 +105,27 @@ def update_vertices(
     farthest = (limit * unit).contiguous().numpy()
     ring = ptr.numpy(), face_id.numpy()
     stopping = _stopping(corner, target, trust, ring, stays, topology.edges) if early_stopping else None
-    before, count, reason = current, 0, "the largest number was reached"
+    before, best, count, reason = current, current, 0, "the largest number was reached"
     if guard and num_iterations > 0:
         current = unfold(current, corner, target, stays, start, farthest)
     for count in range(1, num_iterations + 1):
         updated = _stepped(current, start, corner, target, trust, *ring, stays, farthest)
         if guard:
             revert_flips(updated, current, corner, target)
-        step = updated - current
-        if stopping and stopping.raises_error((updated + current) / 2 - before, step) and count > _FEWEST_ITERATIONS:
-            count, reason = count - 1, "the estimated error began to rise"
-            break
+        moved, step = (updated + current) / 2 - before, updated - current
         current = updated
+        if stopping and stopping.should_end(moved, step):
+            break
+        if stopping and stopping.best == count:
+            best = current
         if np.abs(step).max() <= tolerance * unit:
             reason = "the vertices came to rest"
             break
+    if stopping and stopping.best < count:
+        current, count, reason = best, stopping.best, "the estimated error began to rise"
     ended(count, reason)
-    moved = torch.from_numpy(current != before).any(dim=1).to(pos.device)
-    return torch.where(moved[:, None], torch.from_numpy(current).to(pos) + center, pos)
+    changed = torch.from_numpy(current != before).any(dim=1).to(pos.device)
+    return torch.where(changed[:, None], torch.from_numpy(current).to(pos) + center, pos)
 
 
 def _stopping(

@@ -3,7 +3,8 @@ import pytest
 import torch
 import trimesh
 
-from dnf_pyg.mesh import face_normals, mean_edge_length
+from dnf_pyg.mesh import edges, face_normals, mean_edge_length
+from dnf_pyg.mesh.early_stopping import EarlyStopping
 from dnf_pyg.mesh.vertex_update import update_vertices
 
 
@@ -26,7 +27,7 @@ def waves(pos, height, frequency):
 
 
 def rates_by_matrix(operator, start, direction, ring, num_steps):
-    """Median rate of each step, with the update written out as a matrix of all coordinates, (3 V, 3 V)."""
+    """Median rate of each step in relation to their mean size; the update is a matrix (3 V, 3 V)."""
 
     def weighted(values, tangential):  # movements along the surface count less
         normal = np.array([(value @ n) * n for value, n in zip(values, direction, strict=True)])
@@ -55,7 +56,7 @@ def rates_by_matrix(operator, start, direction, ring, num_steps):
         ]
         for _ in range(4):
             rate = [(rate[v] + sum(rate[w] for w in ring[v])) / (1 + len(ring[v])) for v in range(size)]
-        medians.append(float(np.median(rate)))
+        medians.append(float(np.median(rate) / np.mean(np.abs(rate))))
         pos, left = after, left_after
     return np.array(medians)
 
@@ -75,13 +76,34 @@ def test_matches_matrices_and_loops():
     direction = np.array([normal[faces].sum(dim=0).numpy() for faces in around])
     direction /= np.linalg.norm(direction, axis=1, keepdims=True)
     medians = rates_by_matrix(operator, noisy.numpy(), direction, mesh.vertex_neighbors, 40)
-    first = 3 + int(np.flatnonzero(medians[3:] >= 0)[0])  # the fewest iterations
-    assert 3 < first < 39
+    best = 3 + int(np.argmin(medians.cumsum()[2:]))  # 3: the fewest iterations
+    assert 3 < best < 29
     ended = []
     found = update_vertices(noisy, face, normal, 60, early_stopping=True, guard=False, ended=lambda *w: ended.append(w))
-    expected = np.linalg.matrix_power(operator, first) @ noisy.numpy().ravel()
+    expected = np.linalg.matrix_power(operator, best) @ noisy.numpy().ravel()
     torch.testing.assert_close(found, torch.from_numpy(expected).reshape(-1, 3), rtol=0, atol=1e-12)
-    assert ended == [(first, "the estimated error began to rise")]
+    assert ended == [(best, "the estimated error began to rise")]
+
+
+@pytest.mark.parametrize(
+    ("rates", "best", "num_steps"),
+    [
+        ([-1.0, -0.5, -0.2, -0.1, 0.1] + 20 * [0.3], 4, 14),
+        ([0.1, 0.1, 0.1] + 20 * [0.3], 3, 13),  # the fewest
+        ([-1.0, -0.5, -0.2, -0.1] + 5 * [0.04] + 20 * [-0.05], 29, 29),  # the rise is followed by a fall
+        ([-1.0, -0.5, -0.2, -0.1] + 9 * [0.1] + [-5.0] + 20 * [1.0], 14, 24),
+        ([-1.0, -0.5, -0.2, -0.1] + 10 * [0.1] + [-5.0], 4, 14),  # the fall is too late
+        (20 * [0.0], 20, 20),
+    ],
+)
+def test_searches_for_ten_steps(rates, best, num_steps, monkeypatch):
+    true, noisy, face = noisy_sphere(subdivisions=1)
+    given = iter(rates)
+    monkeypatch.setattr(EarlyStopping, "_relative_rate", lambda *_: next(given))
+    stopping = EarlyStopping(lambda values: values, true.numpy(), edges(face), np.ones(len(true), dtype=bool))
+    ended = [stopping.should_end(noisy.numpy(), noisy.numpy()) for _ in range(num_steps)]
+    assert stopping.best == best
+    assert ended == (num_steps - 1) * [False] + [num_steps == best + 10]
 
 
 @pytest.mark.parametrize("height", [0.003, 0.01, 0.02])
