@@ -4,7 +4,7 @@ The command line, its help and YAML files follow from them (:mod:`dnf_pyg.comman
 commands work with, so that the help and errors of the command line appear at once.
 """
 
-from dataclasses import KW_ONLY, dataclass, field
+from dataclasses import KW_ONLY, asdict, dataclass, field
 from pathlib import Path
 from typing import Literal
 
@@ -19,6 +19,8 @@ __all__ = [
     "PredictOptions",
     "WeightsOptions",
 ]
+
+_FAST = {"weights": "small", **asdict(FAST)}
 
 
 @dataclass(frozen=True)
@@ -38,7 +40,7 @@ class DenoiseOptions:
         overwrite: Replace outputs that exist. Otherwise they are an error; of several inputs, those are skipped.
         weights: Checkpoint of `dnf-pyg fit`, folder, or name of packaged weights (see `dnf-pyg weights`).
         data_set: Data set of a joint training whose statistics are used, if the checkpoint holds those of several.
-        fast: Half of the time for 0.03 degrees on average (coverage 1, k 10 16 24).
+        fast: A quarter of the time for 0.2 degrees on average (weights small, coverage 1, k 10 16 24).
         num_passes: Number of times the network filters the normals, each time those of its own result. Two passes
             suit strong noise on smooth surfaces.
         mask: Vertices that may move: a .txt or .npy file with a number per vertex or triangle, 0 for those that stay;
@@ -58,7 +60,7 @@ class DenoiseOptions:
     overwrite: bool = False
     weights: str = DEFAULT_WEIGHTS
     data_set: str | None = None
-    fast: bool = field(default=False, metadata={"preset": FAST})
+    fast: bool = field(default=False, metadata={"preset": _FAST})
     update: UpdateOptions = UpdateOptions()
     num_passes: int = 1
     mask: str | None = None
@@ -93,7 +95,7 @@ class PredictOptions:
         overwrite: Replace outputs that exist; otherwise these inputs are skipped.
         weights: Checkpoint of `dnf-pyg fit`, folder, or name of packaged weights (see `dnf-pyg weights`).
         data_set: Data set of a joint training whose statistics are used, if the checkpoint holds those of several.
-        fast: Half of the time for 0.03 degrees on average (coverage 1, k 10 16 24).
+        fast: A quarter of the time for 0.2 degrees on average (weights small, coverage 1, k 10 16 24).
         num_passes: Number of times the network filters the normals, each time those of its own result.
         json: Print one JSON object per mesh.
     """
@@ -104,7 +106,7 @@ class PredictOptions:
     overwrite: bool = False
     weights: str = DEFAULT_WEIGHTS
     data_set: str | None = None
-    fast: bool = field(default=False, metadata={"preset": FAST})
+    fast: bool = field(default=False, metadata={"preset": _FAST})
     update: UpdateOptions = UpdateOptions()
     num_passes: int = 1
     json: bool = False

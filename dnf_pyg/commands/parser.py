@@ -30,8 +30,8 @@ def option_parser(kind: type, prog: str) -> ArgumentParser:
 
     Fields before ``KW_ONLY`` are positional, the others options; those of a dataclass inside it are options, too, under
     their own names. A field may say more in its metadata: ``expert``, ``choices`` (the import path of a mapping with
-    the names to choose from), ``preset`` (an object whose values a flag makes the defaults), and ``skip`` (names of
-    inner fields that are no options).
+    the names to choose from), ``preset`` (options by name whose values a flag makes the defaults), and ``skip`` (names
+    of inner fields that are no options).
 
     Args:
         kind: Dataclass whose docstring describes the command and its fields.
@@ -78,7 +78,7 @@ def parse_options(parser: ArgumentParser, kind: type[T], words: Sequence[str]) -
         found = parser.parse_args(words)
         for field, *_ in _fields(kind):
             if "preset" in field.metadata and found[field.name]:
-                preset = dataclasses.asdict(field.metadata["preset"])
+                preset = field.metadata["preset"]
                 parser.set_defaults({name: _default(value) for name, value in preset.items() if name in found})
                 found = parser.parse_args(words)
     except argparse.ArgumentError as error:

@@ -34,7 +34,7 @@ def concentration(normal: Tensor) -> float:
         >>> round(concentration(axes), 2), round(concentration(axes[:1]), 2)
         (4.86, 29.18)
     """
-    chosen = normal.detach().cpu().double()
+    chosen = normal.detach().cpu().float()  # twice as fast, and the sample errs by more
     if len(chosen) > _MOST:
         chosen = chosen[torch.from_numpy(np.random.default_rng(0).permutation(len(chosen))[:_MOST])]
     alike = torch.exp((chosen @ chosen.t() - 1) / _WIDTH**2)

@@ -50,7 +50,7 @@ class Outer:
     paths: tuple[Path, ...]
     _: KW_ONLY
     output: Path
-    small: bool = field(default=False, metadata={"preset": Inner(size=1)})
+    small: bool = field(default=False, metadata={"preset": {"size": 1, "share": 0.5}})
     names: tuple[str, ...] = field(default=("one",), metadata={"choices": f"{__name__}:NAMES", "metavar": "NAME"})
     mode: Literal["fast", "slow"] = "fast"
     share: float | None = None
@@ -76,7 +76,8 @@ def test_values_defaults_and_types():
 
 
 def test_what_is_given_goes_before_a_preset():
-    assert parse("a", "-o", "c", "--size", "9", "--small").inner.size == 9
+    found = parse("a", "-o", "c", "--size", "9", "--small")
+    assert (found.inner.size, found.share) == (9, 0.5)
 
 
 def test_config_file_has_the_same_names(tmp_path):
@@ -181,6 +182,9 @@ def test_options_of_denoise():
     assert found.update == UpdateOptions(strength=0.5, preserve_boundary=True)
     assert found.filtering == FilterOptions(growth="heat", k=(1, 2, 3))
     assert parse_denoise("--fast").filtering == FAST
+    assert [parse_denoise(*words).weights for words in ([], ["--fast"], ["--fast", "--weights", "best"])] == [
+        "best", "small", "best",
+    ]  # fmt: skip
     assert parse_denoise("--fast", "--coverage", "3").filtering == FilterOptions(coverage=3, k=FAST.k)
     assert parse_denoise("--max_move", "inf").update == UpdateOptions()
 
