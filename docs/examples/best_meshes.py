@@ -25,9 +25,7 @@ Cylinder ccylinder Icosahedron Octahedron octa-flower cad gear hexnut stepped_sh
 housing gem twist_prism steps_ramp boat blob torus_knot twisted_torus terrain spot penguin fish airplane koala
 scorpion skull boot
 """.split()  # noqa: SIM905 - a text of names reads better than quotes around each
-KINDS = SHAPES.keys() - {
-    "coarse"
-}  # noise turns the faces of its needles by any angle, so nothing can be learned from them
+KINDS = SHAPES.keys() - {"coarse"}  # noise turns its needles by any angle
 SEEDS = range(1, 19)
 BENDS = range(1, 4)
 

@@ -28,6 +28,8 @@ def test_selects_edges_by_rank_in_any_order():
     order = torch.tensor([3, 1, 4, 0, 2])
     kept = select_ranks(edge_index[:, order], rank[order], torch.tensor([0, 2]))
     assert kept.tolist() == [[1, 0, 2], [1, 0, 0]]
+    assert select_ranks(edge_index, rank, torch.tensor([5])).shape == (2, 0)
+    assert select_ranks(edge_index[:, :0], rank[:0], torch.tensor([0])).shape == (2, 0)
 
 
 @pytest.mark.parametrize("choose", [random_ranks, evenly_spaced_ranks])
