@@ -12,11 +12,10 @@ from pathlib import Path
 import dnf_pyg.weights
 from dnf_pyg.commands.export_weights import run
 from dnf_pyg.commands.options import ExportOptions
+from dnf_pyg.weights.release import read_release
 
 CARD = re.compile(
-    r"\n# \S+\n\n(?P<description>.*?)\n\n[\d,]+ parameters;"
-    r".*?\n## Training data and credits\n\n(?P<sources>.*?)\n\n## Recipe\n\n(?P<recipe>.*?)\n\n## Measured\n",
-    re.DOTALL,
+    r"\n## Training data and credits\n\n(?P<sources>.*?)\n\n## Recipe\n\n(?P<recipe>.*?)\n\n## Measured\n", re.DOTALL
 )
 
 
@@ -35,8 +34,7 @@ def main(results: Path, names: list[str]) -> None:
                 ExportOptions(
                     checkpoint or name,
                     output=folder,
-                    description=card["description"],
-                    licence="MIT",
+                    description=read_release(folder).description,
                     sources=Path(texts, "sources.md"),
                     recipe=Path(texts, "recipe.md"),
                     benchmark=results,

@@ -112,20 +112,21 @@ def update_vertices(
         updated = _stepped(current, start, corner, target, trust, *ring, stays, farthest)
         if guard:
             revert_flips(updated, current, corner, target)
-        moved, step = (updated + current) / 2 - before, updated - current
+        step = updated - current
+        if stopping:
+            if stopping.should_end((updated + current) / 2 - before, step):
+                break
+            if stopping.best == count:
+                best = updated
         current = updated
-        if stopping and stopping.should_end(moved, step):
-            break
-        if stopping and stopping.best == count:
-            best = current
         if np.abs(step).max() <= tolerance * unit:
             reason = "the vertices came to rest"
             break
     if stopping and stopping.best < count:
         current, count, reason = best, stopping.best, "the estimated error began to rise"
     ended(count, reason)
-    changed = torch.from_numpy(current != before).any(dim=1).to(pos.device)
-    return torch.where(changed[:, None], torch.from_numpy(current).to(pos) + center, pos)
+    moved = torch.from_numpy(current != before).any(dim=1).to(pos.device)
+    return torch.where(moved[:, None], torch.from_numpy(current).to(pos) + center, pos)
 
 
 def _stopping(
