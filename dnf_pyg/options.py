@@ -68,7 +68,7 @@ class FilterOptions:
         smoothing: Filtered normals are smoothed where they differ from their mean over the faces around by less than
             about this share of the angle by which the noise turns normals, which leaves detail and sharp edges as they
             are; 0 for none. If not given, white noise has the share of the network
-            (:attr:`~dnf_pyg.nn.FilteringNetwork.smoothing`: 0.2 for `best`, 0.05 for the later network of `cascade`,
+            (:attr:`~dnf_pyg.nn.FilteringNetwork.smoothing`: 0.2 for `single`, 0.05 for the second network of `best`,
             0.5 for `synthetic`), and noise that is estimated to be correlated between neighbouring vertices a quarter
             of it.
         num_coarser: Number of coarser versions of the mesh, each with a sixth of the faces, that are denoised before

@@ -10,7 +10,7 @@ import trimesh
 from dnf_pyg import DenoiseWarning, DNFError, UpdateOptions, denoise
 from dnf_pyg.mesh import mean_edge_length
 from dnf_pyg.mesh.weld import weld
-from dnf_pyg.weights.load import load_network
+from dnf_pyg.weights.load import load_cascade
 
 SHAPES = (
     trimesh.creation.icosphere(subdivisions=2),
@@ -24,7 +24,7 @@ BESIDE = trimesh.creation.box()  # a clean part of 12 faces, far from the rest
 
 @pytest.fixture(scope="module")
 def best():
-    return load_network("best")
+    return load_cascade("best")
 
 
 def dropped(pos, face, draw):

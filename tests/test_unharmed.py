@@ -10,14 +10,14 @@ import trimesh
 from dnf_pyg import UpdateOptions, denoise
 from dnf_pyg.mesh import edges, face_normals, vertex_normals
 from dnf_pyg.mesh.geometry import angular_difference, edge_lengths
-from dnf_pyg.weights.load import load_network
+from dnf_pyg.weights.load import load_cascade
 
 create = trimesh.creation
 
 
 @pytest.fixture(scope="module")
 def best():
-    return load_network("best")
+    return load_cascade("best")
 
 
 def extrusion(corners, height):

@@ -19,7 +19,7 @@ from dnf_pyg.commands.terminal import tell
 from dnf_pyg.datamodules import MeshFilesDataModule
 from dnf_pyg.errors import DNFError, OptionError
 from dnf_pyg.train.prediction import DenoisedFile, FailedFile, MeshDenoisingModule
-from dnf_pyg.weights.load import load_network
+from dnf_pyg.weights.load import load_cascade
 
 __all__ = ["run"]
 
@@ -56,7 +56,7 @@ def run(words: Sequence[str]) -> None:
     parser.add_class_arguments(Trainer, "trainer", instantiate=False, skip=others)
     parser.set_defaults({"trainer.enable_progress_bar": sys.stderr.isatty()})
     options, found = parse_options(parser, PredictOptions, restrict_classes(words[1:]))
-    net = load_network(options.weights, options.data_set)
+    net = load_cascade(options.weights, options.data_set)
     module = MeshDenoisingModule(net, options.filtering, options.update, options.num_passes)
     files = MeshFilesDataModule([str(path) for path in options.input], str(options.output), options.overwrite)
     logging.getLogger("lightning.pytorch.utilities.rank_zero").addFilter(_is_needed)

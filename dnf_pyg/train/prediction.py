@@ -12,7 +12,7 @@ from lightning.pytorch import LightningModule
 
 from dnf_pyg.errors import DNFError
 from dnf_pyg.io import MeshFile, read_mesh, write_mesh
-from dnf_pyg.nn import FilteringNetwork
+from dnf_pyg.nn import Cascade, FilteringNetwork
 from dnf_pyg.options import FilterOptions, UpdateOptions
 from dnf_pyg.pipeline import DenoiseResult, denoise
 from dnf_pyg.train.processes import leave_at_exit
@@ -54,7 +54,7 @@ class MeshDenoisingModule(LightningModule):
     """Denoise mesh files; the failure of one is recorded and does not stop the others.
 
     Args:
-        net: The network.
+        net: The network, or the networks of a cascade.
         filtering: See :func:`~dnf_pyg.denoise`; the device is that of the module.
         update: See :func:`~dnf_pyg.denoise`.
         num_passes: See :func:`~dnf_pyg.denoise`.
@@ -65,7 +65,7 @@ class MeshDenoisingModule(LightningModule):
 
     def __init__(
         self,
-        net: FilteringNetwork,
+        net: FilteringNetwork | Cascade,
         filtering: FilterOptions = FilterOptions(),
         update: UpdateOptions = UpdateOptions(),
         num_passes: int = 1,

@@ -1,4 +1,4 @@
-"""Make the folder of clean meshes that ``configs/best.yaml`` trains on.
+"""Make the folder of clean meshes that ``configs/single.yaml`` trains on.
 
 ``python docs/examples/best_meshes.py data/cnr/Synthetic/train/original data/best`` links the meshes whose licence
 allows redistribution, adds two coarser versions of each with the irregular triangles of quadric decimation, bent

@@ -1,8 +1,8 @@
 """Make what ``configs/second_network.yaml`` trains on: noisy versions of clean meshes, and the weights to start from.
 
-``python docs/examples/second_network.py data/best data/noisy best runs/start`` adds noise to every mesh of
-``data/best``, and writes the weights of a second network that does what the first one, ``best``, does: what it sees in
-addition has small random weights.
+``python docs/examples/second_network.py data/best data/noisy single runs/start`` adds noise to every mesh of
+``data/best``, and writes the weights of a second network that does what the first one, ``single``, does: what it sees
+in addition has small random weights.
 """
 
 import sys

@@ -12,12 +12,13 @@ from pathlib import Path
 import torch
 import trimesh
 
-from dnf_pyg import FAST, FilterOptions, denoise, load_network
+from dnf_pyg import FAST, FilterOptions, denoise
 from dnf_pyg.evaluate.baselines import BASELINES
 from dnf_pyg.io import read_mesh, write_mesh
 from dnf_pyg.mesh.geometry import angular_difference, face_normals
 from dnf_pyg.mesh.noise import GaussianNormalNoise
 from dnf_pyg.nn import DNFNet
+from dnf_pyg.weights.load import load_cascade
 
 STAGES = ("read", "prepare", "patches", "network", "fuse", "update", "write")
 SETTINGS = {
@@ -120,7 +121,7 @@ def summary(found):
 
 def main():
     torch.manual_seed(0)
-    full, packaged, small = DNFNet().eval(), load_network("best"), load_network("small")
+    full, packaged, small = DNFNet().eval(), load_cascade("best"), load_cascade("small")
     methods = {("full size", name): network(full, SETTINGS[name]) for name in ("fp32", "bf16")}  # weights do not matter
     methods |= {("packaged", name): network(packaged, settings) for name, settings in SETTINGS.items()}
     methods |= {("small", name): network(small, SETTINGS[name]) for name in ("bf16", "fast bf16")}

@@ -18,7 +18,7 @@ import numpy as np
 import torch
 import trimesh
 
-from dnf_pyg import FAST, FilterOptions, denoise, load_network
+from dnf_pyg import FAST, FilterOptions, denoise
 from dnf_pyg.errors import DenoiseWarning
 from dnf_pyg.evaluate.baselines import BASELINES
 from dnf_pyg.evaluate.benchmark import ClassicalMethod
@@ -50,13 +50,12 @@ TRADE = {
     "`coverage` 1": ("best", replace(EXACT, coverage=1)),
     "**default**: `coverage` 2": ("best", EXACT),
     "`coverage` 3": ("best", replace(EXACT, coverage=3)),
+    "`coverage` 6": ("best", replace(EXACT, coverage=6)),
     "`--smoothing 0`": ("best", replace(EXACT, smoothing=0.0)),
     "`--weights best --fast`: `coverage` 1, fewer neighbours": ("best", replace(FAST, precision="fp32")),
-    "**`--weights small`**": ("small", EXACT),
-    "**`--fast`**: the same with `small`": ("small", replace(FAST, precision="fp32")),
-    "**`--weights cascade`**": ("cascade", EXACT),
-    "`--weights cascade --fast`": ("cascade", replace(FAST, precision="fp32")),
-    "`--weights cascade --coverage 6`": ("cascade", replace(EXACT, coverage=6)),
+    "`--weights single`": ("single", EXACT),
+    "`--weights small`": ("small", EXACT),
+    "**`--fast`**: `small`, `coverage` 1": ("small", replace(FAST, precision="fp32")),
 }
 QUARTER = np.array([[0.0, 0, 1], [0, 1, 0], [-1, 0, 0]])
 SKEW = trimesh.transformations.rotation_matrix(1.0, (1, 2, 3))[:3, :3]
@@ -132,12 +131,12 @@ def kinds(net, data):
     table(["noise", "noisy", "best", *(method.name for method in filters)], rows)
 
 
-def shares(net, data):
+def shares(_, data):
     """Theta of networks by the share of the angle of the noise up to which their normals are smoothed."""
     options = [replace(EXACT, smoothing=share) for share in SHARES]
     rows = []
-    for weights in ("best", "small", "synthetic"):
-        other = net if weights == "best" else load_cascade(weights)
+    for weights in ("single", "small", "synthetic"):
+        other = load_cascade(weights)
         for level in (0.1, 0.3):
             results = []
             for name in HELD_BACK[:3]:
@@ -203,7 +202,7 @@ PARTS = {part.__name__: part for part in (invariance, folds, kinds, shares, iter
 
 def main():
     warnings.simplefilter("ignore", DenoiseWarning)  # of noise above the levels of the training
-    net = load_network("best")
+    net = load_cascade("best")
     for name in sys.argv[2:] or PARTS:
         print(f"\n{name}, weights {fingerprint(net)}")
         PARTS[name](net, Path(sys.argv[1]))

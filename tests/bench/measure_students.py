@@ -1,4 +1,4 @@
-"""Time of small networks that could be students of ``best`` for a faster ``--fast``: ``measure_students.py [FACES]``.
+"""Time of small networks that could be students of ``single`` for a faster ``--fast``: ``measure_students.py [FACES]``.
 
 The networks have random weights, since time does not depend on them. Seconds are processor seconds of one thread for
 100,000 faces, the fewest of two runs; only their ratios can be compared between machines. ``patches`` is the part of
@@ -47,8 +47,8 @@ def main():
     ring = trimesh.creation.torus(1.0, 0.4, major_sections=round(num_faces / 2 / sections), minor_sections=sections)
     pos, face = torch.tensor(ring.vertices), torch.tensor(ring.faces).t().contiguous()
     pos = GaussianNormalNoise()(pos, face, 0.2, torch.Generator().manual_seed(0))
-    best = load_network("best")
-    rows = {"best": (best, FilterOptions()), "best, `--fast`": (best, FAST)}
+    single = load_network("single")
+    rows = {"single": (single, FilterOptions()), "single, `--fast`": (single, FAST)}
     rows |= {title: (SurfaceDNFNet(**arguments).eval(), SMALL) for title, arguments in STUDENTS.items()}
 
     def cut(net, options):

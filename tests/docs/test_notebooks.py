@@ -26,7 +26,7 @@ def test_outputs_are_current_and_small(path):
 
 def test_digest_follows_code_and_weights():
     digest = SCRIPT["digest"]
-    cells = [nbformat.v4.new_code_cell('load_network("best")'), nbformat.v4.new_markdown_cell("text")]
+    cells = [nbformat.v4.new_code_cell('load_network("single")'), nbformat.v4.new_markdown_cell("text")]
     notebook = nbformat.v4.new_notebook(cells=cells)
     before = digest(notebook)
     cells[1].source = "other text"

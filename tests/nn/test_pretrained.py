@@ -34,8 +34,8 @@ def test_another_class_is_named(folder):
 
 def test_packaged_weights_come_before_any_network(monkeypatch):
     monkeypatch.setattr("huggingface_hub.snapshot_download", lambda *a, **k: pytest.fail("asked the hub"))
-    assert SurfaceDNFNet.from_pretrained("best").noise_range == (0.0, 0.5)
-    assert set(packaged_weights()) == {"best", "cascade", "small", "synthetic"}
+    assert SurfaceDNFNet.from_pretrained("single").noise_range == (0.0, 0.5)
+    assert set(packaged_weights()) == {"best", "single", "small", "synthetic"}
 
 
 def test_hub(folder, tmp_path, monkeypatch):

@@ -114,7 +114,7 @@ def test_teacher_only_counts_while_training(teachers, tmp_path):
 def test_missing_teacher(teachers):
     with pytest.raises(WeightsError, match="got 'nonesuch'"):
         Distillation({"near": "nonesuch"})
-    assert Distillation({"near": "best"}).networks["near"].k == load_network("best").k
+    assert Distillation({"near": "single"}).networks["near"].k == load_network("single").k
     with pytest.raises(ValueError, match="at least one teacher"):
         Distillation({})
     with pytest.raises(ValueError, match=r"from 0 to 1 \(got 2\)"):

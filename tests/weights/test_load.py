@@ -51,7 +51,7 @@ def test_checkpoint_tells_the_noise_levels_of_its_data(checkpoint):
 
 
 def test_packaged_weights_tell_the_noise_levels_of_their_training():
-    known = {"best": (0.0, 0.5), "cascade": (0.0, 0.5), "small": (0.0, 0.5), "synthetic": (0.1, 0.3)}
+    known = {"best": (0.0, 0.5), "single": (0.0, 0.5), "small": (0.0, 0.5), "synthetic": (0.1, 0.3)}
     assert {name: load_cascade(name).noise_range for name in packaged_weights()} == known
 
 
@@ -106,7 +106,7 @@ def test_checkpoint_of_another_architecture(net, tmp_path):
         load_network(tmp_path / "net.ckpt")
 
 
-@pytest.mark.parametrize("name", ["best", "small", "synthetic"])
+@pytest.mark.parametrize("name", ["single", "small", "synthetic"])
 def test_folders_and_checkpoints_of_version_1_give_the_same_normals(name, tmp_path):
     net = load_network(name)
     flags = {"align": False, "bilateral_iterations": 0, "surface": False}
