@@ -67,6 +67,13 @@ def test_failing_file_is_reported_at_the_end_and_a_restart_does_the_rest(folders
     torch.testing.assert_close(read_mesh(folders / "out" / "mesh1.ply").pos, expected, rtol=1e-5, atol=1e-6)
 
 
+def test_default_weights_are_a_cascade_and_give_the_result_of_denoise(folders):
+    source, output = folders / "in" / "mesh0.ply", folders / "out"
+    assert main(["predict", str(source), "-o", str(output), *ON_CPU]) == 0
+    expected = denoise(read_mesh(source).mesh).pos
+    torch.testing.assert_close(read_mesh(output / "mesh0.ply").pos, expected, rtol=1e-5, atol=1e-6)
+
+
 def test_two_processes_share_the_files(folders):
     (folders / "in" / "broken.ply").write_text("no mesh")
     script = Path(sys.executable).with_name("dnf-pyg")
