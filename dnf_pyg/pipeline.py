@@ -59,7 +59,7 @@ def denoise(
         filtering: How the facet normals are filtered.
         update: How the vertices are moved.
         num_passes: Number of times all this is done, each time on the result of the pass before. Two passes suit
-            strong noise on smooth surfaces.
+            noise of more than 0.5 mean edge lengths.
         mask: Vertices that may move, (V,) bool; all if not given.
         progress: True shows a progress bar; a function is called with the number of faces done, over all passes, and
             their total. An exception that it raises, or Ctrl+C, ends the work there and passes through; the mesh is as
