@@ -19,9 +19,8 @@ from pathlib import Path
 import torch
 import trimesh
 
-from dnf_pyg import FAST, denoise
+from dnf_pyg import FAST, denoise, load_network
 from dnf_pyg.errors import DenoiseWarning
-from dnf_pyg.weights.load import load_cascade
 
 SECONDS, BYTES = 120, 4 << 30  # processor time and memory of one case
 PATIENCE = 10  # seconds of waiting per second of processor time, where the machine has other work
@@ -93,7 +92,7 @@ CASES = {
 def run(case):
     """Denoise one mesh and print the figures as JSON."""
     warnings.simplefilter("ignore", DenoiseWarning)
-    net, settings = load_cascade("best"), replace(FAST, precision="bf16")
+    net, settings = load_network("single"), replace(FAST, precision="bf16")
     pos, face = sphere(4)
     denoise((pos.numpy(), face.t().numpy()), net, filtering=settings)  # compilation and first touch
     pos, face = CASES[case]()
