@@ -72,8 +72,8 @@ def outcome_text(values: dict[str, Any]) -> list[str]:
     if values["noise_is_correlated"]:
         lines.append(
             f"the noise is alike at neighbouring vertices (correlation about {values['noise_correlation']:.2f}), so "
-            "defaults for scans apply; --num_coarser 0 --smoothing 0.15 --early_stopping always comes close to those for "
-            "independent noise"
+            "defaults for scans apply; --num_coarser 0 --smoothing 0.15 --early_stopping always comes close to those "
+            "for independent noise"
         )
     if "before" in values:
         lines += [
