@@ -136,12 +136,12 @@ def shares(_, data):
     options = [replace(EXACT, smoothing=share) for share in SHARES]
     rows = []
     for weights in ("single", "small", "synthetic"):
-        other = load_cascade(weights)
+        net = load_cascade(weights)
         for level in (0.1, 0.3):
             results = []
             for name in HELD_BACK[:3]:
                 pos, face, clean = noisy(data, name, level=level)
-                found = [denoise((pos, face.t()), other, filtering=filtering).pos for filtering in options]
+                found = [denoise((pos, face.t()), net, filtering=filtering).pos for filtering in options]
                 results.append([theta(end, face, clean) for end in found])
             rows.append([f"`{weights}`", f"{level}", *bold_lowest(torch.tensor(results).mean(dim=0).tolist())])
     table(["network", "noise", *map(str, SHARES)], rows)
@@ -163,15 +163,15 @@ def iterations(net, data):
     table(["iterations", *HELD_BACK, "all"], with_mean(results))
 
 
-def trade(net, data):
+def trade(_, data):
     """Theta and processor time of options, the time of the default as the unit."""
     results, seconds = {title: [] for title in TRADE}, dict.fromkeys(TRADE, 0.0)
     for name in HELD_BACK:
         meshes = [noisy(data, name, level=level) for level in LEVELS]
         for title, (weights, filtering) in TRADE.items():
-            other = net if weights == "best" else load_cascade(weights)
+            net = load_cascade(weights)
             start = time.process_time()
-            found = [denoise((pos, face.t()), other, filtering=filtering).pos for pos, face, _ in meshes]
+            found = [denoise((pos, face.t()), net, filtering=filtering).pos for pos, face, _ in meshes]
             seconds[title] += time.process_time() - start
             values = [theta(pos, face, clean) for pos, (_, face, clean) in zip(found, meshes, strict=True)]
             results[title].append(sum(values) / len(values))
