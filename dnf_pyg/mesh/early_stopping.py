@@ -14,7 +14,7 @@ __all__ = ["EarlyStopping"]
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
-Ints = NDArray[np.int32]
+Ints = NDArray[np.int64]
 
 _SMOOTHINGS = 4  # of the rates over neighbours, which differ much from vertex to vertex
 _TANGENTIAL_WEIGHT = 0.6  # of movements along the surface: at sharp edges they remove noise, but less surely
@@ -62,9 +62,9 @@ class EarlyStopping:
 
     def __init__(self, step: Callable[[Floats], Floats], direction: Floats, edge: Tensor, free: Flags) -> None:
         adjacency = vertex_adjacency(edge, len(direction))
-        self._ptr, self._neighbor = adjacency.indptr, adjacency.indices
-        self._walk = csr_array(diags_array(1 / (np.diff(self._ptr) + 1.0)) @ (adjacency + eye_array(len(direction))))
-        self._edge = edge.cpu().numpy()
+        degree = np.diff(adjacency.indptr)
+        self._walk = csr_array(diags_array(1 / (degree + 1.0)) @ (adjacency + eye_array(len(direction))))
+        self._edge = np.ascontiguousarray(edge.t().cpu().numpy())
         self._step = step
         self._free = free
         self._direction = direction
@@ -91,45 +91,61 @@ class EarlyStopping:
         noise_step, self._left = left - self._left, left
         if self._variance == 0.0:
             self._calibrate(step, noise_step)
-        moved, step, noise_step = (self._weighted(values) for values in (moved, step, noise_step))
-        rate = _rates(moved, step, self._noise, noise_step, self._variance, self._ptr, self._neighbor)
+        moved, step, noise_step = (
+            _weighted(values, self._direction, self._tangential_weight) for values in (moved, step, noise_step)
+        )
+        rate = _rates(moved, step, self._noise, noise_step, self._variance, self._edge)
         rate = walk_means(self._walk, rate, _SMOOTHINGS)[self._free]
         size = np.abs(rate).mean() if len(rate) else 0.0
         return float(np.median(rate) / size) if size > 0 else 0.0
 
     def _calibrate(self, step: Floats, noise_step: Floats) -> None:
         """Set the variance of the noise from the first steps, and see whether the mesh has noise in all directions."""
-        normal, noise_normal = self._normal_part(step), self._normal_part(noise_step)
-        self._variance = self._energy(normal) / max(self._energy(noise_normal), 1e-300)
-        explained = self._variance * self._energy(noise_step - noise_normal)
-        if self._energy(step - normal) > _MOST_TANGENTIAL * explained:
+        normal, noise_normal = (_weighted(values, self._direction, 0.0) for values in (step, noise_step))
+        self._variance = _energy(normal, self._edge) / max(_energy(noise_normal, self._edge), 1e-300)
+        explained = self._variance * _energy(noise_step - noise_normal, self._edge)
+        if _energy(step - normal, self._edge) > _MOST_TANGENTIAL * explained:
             self._tangential_weight = 0.0
-
-    def _weighted(self, values: Floats) -> Floats:
-        normal = self._normal_part(values)
-        return normal + self._tangential_weight * (values - normal)
-
-    def _normal_part(self, values: Floats) -> Floats:
-        return np.einsum("vi,vi->v", values, self._direction)[:, None] * self._direction
-
-    def _energy(self, values: Floats) -> float:
-        one, other = self._edge
-        return float(np.square(values[one] - values[other]).sum())
 
 
 @njit(cache=True, nogil=True)
-def _rates(
-    moved: Floats, step: Floats, noise: Floats, noise_step: Floats, variance: float, ptr: Ints, neighbor: Ints
-) -> Floats:
+def _weighted(vector: Floats, direction: Floats, tangential_weight: float) -> Floats:
+    """Multiply the parts of vectors, (V, 3), that are orthogonal to the directions, (V, 3), by a weight."""
+    weighted = np.empty_like(vector)
+    for v in range(len(vector)):
+        along = 0.0
+        for axis in range(3):
+            along += vector[v, axis] * direction[v, axis]
+        for axis in range(3):
+            normal = along * direction[v, axis]
+            weighted[v, axis] = normal + tangential_weight * (vector[v, axis] - normal)
+    return weighted
+
+
+@njit(cache=True, nogil=True)
+def _energy(vector: Floats, edge: Ints) -> float:
+    """Sum of the squared differences of vectors, (V, 3), along edges, (U, 2)."""
+    energy = 0.0
+    for e in range(len(edge)):
+        for axis in range(3):
+            energy += (vector[edge[e, 0], axis] - vector[edge[e, 1], axis]) ** 2
+    return energy
+
+
+@njit(cache=True, nogil=True)
+def _rates(moved: Floats, step: Floats, noise: Floats, noise_step: Floats, variance: float, edge: Ints) -> Floats:
     """Rate of the error at each vertex, (V,): products of differences to its neighbours, of the mesh and of the noise.
 
-    The neighbours of vertex v are ``neighbor[ptr[v]:ptr[v + 1]]``.
+    ``edge`` holds the two vertices of each edge, (U, 2).
     """
     rate = np.zeros(len(moved))
-    for v in range(len(moved)):
-        for entry in range(ptr[v], ptr[v + 1]):
-            w = neighbor[entry]
-            for axis in range(3):
-                rate[v] += (moved[v, axis] - moved[w, axis]) * (step[v, axis] - step[w, axis])
-                rate[v] += variance * (noise[v, axis] - noise[w, axis]) * (noise_step[v, axis] - noise_step[w, axis])
+    for e in range(len(edge)):
+        v, w = edge[e, 0], edge[e, 1]
+        product = noise_product = 0.0
+        for axis in range(3):
+            product += (moved[v, axis] - moved[w, axis]) * (step[v, axis] - step[w, axis])
+            noise_product += (noise[v, axis] - noise[w, axis]) * (noise_step[v, axis] - noise_step[w, axis])
+        product += variance * noise_product
+        rate[v] += product
+        rate[w] += product
     return rate

@@ -7,6 +7,7 @@ from typing import Self
 
 import numpy as np
 import torch
+from numba import njit
 from numpy.typing import NDArray
 from torch import Tensor
 
@@ -14,6 +15,7 @@ from dnf_pyg.mesh.dijkstra import nearest_of_all
 from dnf_pyg.mesh.geometry import face_centroids
 from dnf_pyg.mesh.topology import Topology
 from dnf_pyg.mesh.validate import validate_mesh
+from dnf_pyg.mesh.vectors import square_distance
 
 __all__ = ["FacetGraph", "Scratch", "nearest_faces"]
 
@@ -106,17 +108,16 @@ class FacetGraph:
         return max(int(self.num_faces - 1).bit_length(), 1)
 
 
+@njit(cache=True, nogil=True)
 def _arc_lengths(
     centroid: NDArray[np.float64], ptr: NDArray[np.int64], neighbor: NDArray[np.int32], step: float
 ) -> NDArray[np.int32]:
-    """Distance between the two centroids of each arc in steps, computed in slices to save memory."""
+    """Distance between the two centroids of each arc in steps."""
     length = np.empty(len(neighbor), np.int32)
-    for first in range(0, len(ptr) - 1, 65536):
-        row = ptr[first : first + 65537]
-        arc = slice(row[0], row[-1])
-        centre = np.repeat(centroid[first : first + 65536], np.diff(row), axis=0)
-        distance = np.linalg.norm(centroid[neighbor[arc]] - centre, axis=1)
-        length[arc] = np.clip(np.rint(distance / step), 1, _LONGEST)
+    for f in range(len(ptr) - 1):
+        for entry in range(ptr[f], ptr[f + 1]):
+            distance = np.sqrt(square_distance(centroid, f, neighbor[entry]))
+            length[entry] = min(max(np.rint(distance / step), 1), _LONGEST)
     return length
 
 

@@ -120,34 +120,35 @@ def _folded(pos: Floats, face: Ints, normal: Floats) -> Flags:
     """Mark the faces, (F,), that are flipped or about to be, and no lines."""
     folded = np.empty(len(face), dtype=np.bool_)
     for f in range(len(face)):
-        folded[f] = _along(pos, face[f], normal[f]) < _STEEP * _size(pos, face[f]) and not _is_line(pos, face[f])
+        x, y, z = _across(pos, face, f)
+        steep = _STEEP * np.sqrt(x * x + y * y + z * z)
+        folded[f] = _along(pos, face, normal, f) < steep and not _is_line(pos, face, f)
     return folded
 
 
 @njit(cache=True, nogil=True)
 def revert_flips(updated: Floats, before: Floats, face: Ints, normal: Floats) -> None:
     """Revert the vertices of the faces that an iteration has flipped, until there are no such faces."""
-    upright = np.empty(len(face), dtype=np.bool_)  # a line has no side to lose
-    for f in range(len(face)):
-        upright[f] = _along(before, face[f], normal[f]) > 0 and not _is_line(before, face[f])
     reverted = True
     while reverted:  # each round reverts at least one more vertex
         reverted = False
         for f in range(len(face)):
-            if upright[f] and _along(updated, face[f], normal[f]) <= 0:
-                for v in face[f]:
+            flipped = _along(updated, face, normal, f) <= 0 and _along(before, face, normal, f) > 0
+            if flipped and not _is_line(before, face, f):  # a line has no side to lose
+                for i in range(3):
+                    v = face[f, i]
                     for axis in range(3):
                         updated[v, axis] = before[v, axis]
                 reverted = True
 
 
 @njit(cache=True, nogil=True)
-def _is_line(pos: Floats, face: Ints) -> bool:
-    """Whether the corners of a face lie on a line, up to the digits of float32."""
-    a, b, c = pos[face[0]], pos[face[1]], pos[face[2]]
+def _is_line(pos: Floats, face: Ints, f: int) -> bool:
+    """Whether the corners of face f lie on a line, up to the digits of float32."""
     uu = uw = ww = 0.0
     for axis in range(3):
-        u, w = b[axis] - a[axis], c[axis] - a[axis]
+        u = pos[face[f, 1], axis] - pos[face[f, 0], axis]
+        w = pos[face[f, 2], axis] - pos[face[f, 0], axis]
         uu += u * u
         uw += u * w
         ww += w * w
@@ -155,23 +156,16 @@ def _is_line(pos: Floats, face: Ints) -> bool:
 
 
 @njit(cache=True, nogil=True)
-def _along(pos: Floats, face: Ints, normal: Floats) -> float:
-    """Compute twice the area of a face projected along a normal; negative if it is seen from behind."""
-    x, y, z = _across(pos, face)
-    return normal[0] * x + normal[1] * y + normal[2] * z
+def _along(pos: Floats, face: Ints, normal: Floats, f: int) -> float:
+    """Compute twice the area of face f projected along its normal; negative if it is seen from behind."""
+    x, y, z = _across(pos, face, f)
+    return normal[f, 0] * x + normal[f, 1] * y + normal[f, 2] * z
 
 
 @njit(cache=True, nogil=True)
-def _size(pos: Floats, face: Ints) -> float:
-    """Compute twice the area of a face."""
-    x, y, z = _across(pos, face)
-    return np.sqrt(x * x + y * y + z * z)
-
-
-@njit(cache=True, nogil=True)
-def _across(pos: Floats, face: Ints) -> tuple[float, float, float]:
-    """Compute the cross product of two sides of a face."""
-    a, b, c = pos[face[0]], pos[face[1]], pos[face[2]]
-    u_x, u_y, u_z = b[0] - a[0], b[1] - a[1], b[2] - a[2]
-    w_x, w_y, w_z = c[0] - a[0], c[1] - a[1], c[2] - a[2]
+def _across(pos: Floats, face: Ints, f: int) -> tuple[float, float, float]:
+    """Compute the cross product of two sides of face f."""
+    a, b, c = face[f, 0], face[f, 1], face[f, 2]
+    u_x, u_y, u_z = pos[b, 0] - pos[a, 0], pos[b, 1] - pos[a, 1], pos[b, 2] - pos[a, 2]
+    w_x, w_y, w_z = pos[c, 0] - pos[a, 0], pos[c, 1] - pos[a, 1], pos[c, 2] - pos[a, 2]
     return u_y * w_z - u_z * w_y, u_z * w_x - u_x * w_z, u_x * w_y - u_y * w_x

@@ -89,20 +89,27 @@ def _smoothed(normal: Floats, area: Floats, ptr: Ints, ring: Shorts, tolerance: 
     weight = _weights(normal, area, ptr, ring)
     once = _filtered(normal, normal, area, ptr, ring, weight)
     twice = _filtered(once, normal, area, ptr, ring, weight)
-    num_faces = len(normal)
-    smooth, detail = np.empty_like(normal), np.empty(num_faces)
-    for f in range(num_faces):
-        x, y, z = 2 * once[f] - twice[f]
-        set_unit(smooth, f, x, y, z, normal)
-        detail[f] = np.sqrt(((smooth[f] - normal[f]) ** 2).sum())
+    smooth, detail = 2 * once - twice, np.zeros(len(normal))
+    _make_unit(smooth, normal)
+    for f in range(len(normal)):
+        for axis in range(3):
+            detail[f] += (smooth[f, axis] - normal[f, axis]) ** 2
+    detail = np.sqrt(detail)
     for _ in range(2):
         detail = _ring_means(detail, area, ptr, ring)
     tolerance = max(min(tolerance, _DETAIL * np.median(detail)), _TINY)
-    for f in range(num_faces):
+    for f in range(len(normal)):
         share = np.exp(-((detail[f] / tolerance) ** 2))
-        x, y, z = normal[f] + share * (smooth[f] - normal[f])
-        set_unit(smooth, f, x, y, z, normal)
+        for axis in range(3):
+            smooth[f, axis] = normal[f, axis] + share * (smooth[f, axis] - normal[f, axis])
+    _make_unit(smooth, normal)
     return smooth
+
+
+@njit(cache=True, nogil=True)
+def _make_unit(vector: Floats, otherwise: Floats) -> None:
+    for f in range(len(vector)):
+        set_unit(vector, f, vector[f, 0], vector[f, 1], vector[f, 2], otherwise)
 
 
 @njit(cache=True, nogil=True)

@@ -96,20 +96,19 @@ def update_vertices(
     current = (pos - center).detach().cpu().double().numpy()
     start = current if origin is None else (origin - center).detach().cpu().double().numpy()
     topology = topology or Topology(face, len(pos))
-    ptr, face_id = topology.vertex_faces
     stays = np.zeros(len(pos), dtype=bool) if fixed is None else fixed.cpu().numpy()
     corner = np.ascontiguousarray(face.cpu().t().numpy())
     target = np.ascontiguousarray(normal.detach().cpu().double().numpy())
     trust = np.ones(len(corner)) if weight is None else weight.detach().cpu().double().numpy()
     unit = float(topology.mean_edge_length(pos.detach())) or 1.0  # infinity times 0 is not a number
     farthest = (limit * unit).contiguous().numpy()
-    ring = ptr.numpy(), face_id.numpy()
-    stopping = _stopping(corner, target, trust, ring, stays, topology.edges) if early_stopping else None
+    degree = np.bincount(corner.ravel(), minlength=len(pos))
+    stopping = _stopping(corner, target, trust, degree, stays, topology.edges) if early_stopping else None
     before, best, count, reason = current, current, 0, "the largest number was reached"
     if guard and num_iterations > 0:
         current = unfold(current, corner, target, stays, start, farthest)
     for count in range(1, num_iterations + 1):
-        updated = _stepped(current, start, corner, target, trust, *ring, stays, farthest)
+        updated = _stepped(current, start, corner, target, trust, degree, stays, farthest)
         if guard:
             revert_flips(updated, current, corner, target)
         step = updated - current
@@ -129,9 +128,7 @@ def update_vertices(
     return torch.where(moved[:, None], torch.from_numpy(current).to(pos) + center, pos)
 
 
-def _stopping(
-    face: Ints, normal: Floats, weight: Floats, ring: tuple[Ints, Ints], fixed: Flags, edge: Tensor
-) -> EarlyStopping:
+def _stopping(face: Ints, normal: Floats, weight: Floats, degree: Ints, fixed: Flags, edge: Tensor) -> EarlyStopping:
     """Early stopping of an update with these normals."""
     direction = np.zeros((len(fixed), 3))
     for corner in face.T:
@@ -139,10 +136,10 @@ def _stopping(
     direction /= np.maximum(np.linalg.norm(direction, axis=1, keepdims=True), 1e-12)
     origin, unlimited = np.zeros_like(direction), np.full(len(fixed), np.inf)
     return EarlyStopping(
-        lambda values: _stepped(values, origin, face, normal, weight, *ring, fixed, unlimited),
+        lambda values: _stepped(values, origin, face, normal, weight, degree, fixed, unlimited),
         direction,
         edge,
-        free=~fixed & (np.diff(ring[0]) > 0),
+        free=~fixed & (degree > 0),
     )
 
 
@@ -153,38 +150,34 @@ def _stepped(
     face: Ints,
     normal: Floats,
     weight: Floats,
-    ptr: Ints,
-    face_id: Ints,
+    degree: Ints,
     fixed: Flags,
     max_move: Floats,
 ) -> Floats:
-    """Compute the positions (V, 3) after one iteration; faces around vertex v are ``face_id[ptr[v]:ptr[v + 1]]``."""
-    height = np.empty(len(face))  # of the plane through the centroid, along the target normal
-    for f in range(len(face)):
-        a, b, c = face[f]
-        height[f] = 0.0
-        for axis in range(3):
-            height[f] += normal[f, axis] * (pos[a, axis] + pos[b, axis] + pos[c, axis]) / 3
+    """Compute the positions (V, 3) after one iteration; ``degree`` is the number of faces at each vertex."""
+    step = np.zeros_like(pos)
+    for f in range(len(face)):  # numbers instead of rows, whose views take four times as long
+        x, y, z = normal[f, 0], normal[f, 1], normal[f, 2]
+        a, b, c = face[f, 0], face[f, 1], face[f, 2]
+        height_a = x * pos[a, 0] + y * pos[a, 1] + z * pos[a, 2]
+        height_b = x * pos[b, 0] + y * pos[b, 1] + z * pos[b, 2]
+        height_c = x * pos[c, 0] + y * pos[c, 1] + z * pos[c, 2]
+        height = (height_a + height_b + height_c) / 3
+        for v, height_v in ((a, height_a), (b, height_b), (c, height_c)):
+            distance = weight[f] * (height - height_v)
+            step[v, 0] += distance * x
+            step[v, 1] += distance * y
+            step[v, 2] += distance * z
     updated = pos.copy()
     for v in range(len(pos)):
-        lo, hi = ptr[v], ptr[v + 1]
-        if fixed[v] or lo == hi:
+        if fixed[v] or degree[v] == 0:
             continue
-        x, y, z = pos[v]
-        step_x = step_y = step_z = 0.0
-        for entry in range(lo, hi):
-            n_x, n_y, n_z = normal[face_id[entry]]
-            distance = weight[face_id[entry]] * (height[face_id[entry]] - n_x * x - n_y * y - n_z * z)
-            step_x += distance * n_x
-            step_y += distance * n_y
-            step_z += distance * n_z
-        x += step_x / (hi - lo)
-        y += step_y / (hi - lo)
-        z += step_z / (hi - lo)
-        d_x, d_y, d_z = x - start[v, 0], y - start[v, 1], z - start[v, 2]
-        moved = np.sqrt(d_x * d_x + d_y * d_y + d_z * d_z)
+        x = pos[v, 0] + step[v, 0] / degree[v] - start[v, 0]
+        y = pos[v, 1] + step[v, 1] / degree[v] - start[v, 1]
+        z = pos[v, 2] + step[v, 2] / degree[v] - start[v, 2]
+        moved = np.sqrt(x * x + y * y + z * z)
         shrink = 1.0 if moved <= max_move[v] else max_move[v] / moved
-        updated[v, 0] = start[v, 0] + shrink * d_x
-        updated[v, 1] = start[v, 1] + shrink * d_y
-        updated[v, 2] = start[v, 2] + shrink * d_z
+        updated[v, 0] = start[v, 0] + shrink * x
+        updated[v, 1] = start[v, 1] + shrink * y
+        updated[v, 2] = start[v, 2] + shrink * z
     return updated

@@ -113,7 +113,7 @@ def summarize(rows: Sequence[Row], data: str) -> dict[str, Any]:
         "data": data,
         "num_meshes": len(rows),
         "parameters": rows[0].parameters,
-        **{field: None if value is None else round(value, 4) for field, value in overall.items()},
-        "theta_by_mesh": {mesh: round(theta, 4) for (mesh,), theta in means(rows, "theta_deg", "mesh").items()},
-        "theta_by_noise": {noise: round(theta, 4) for (noise,), theta in by_noise},
+        **{field: None if value is None else round(value, 6) for field, value in overall.items()},
+        "theta_by_mesh": {mesh: round(theta, 6) for (mesh,), theta in means(rows, "theta_deg", "mesh").items()},
+        "theta_by_noise": {noise: round(theta, 6) for (noise,), theta in by_noise},
     }
