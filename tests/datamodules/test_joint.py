@@ -59,6 +59,13 @@ def test_logs_loss_and_theta_of_each_data_set(clean_folder, pair_folders, tmp_pa
     assert values["val/theta"] > 0
 
 
+def test_knows_the_noise_levels_of_all_data_sets_or_none(clean_folder, pair_folders):
+    weak, strong = (CleanMeshesDataModule(str(clean_folder), noise_level=level) for level in ((0.1, 0.3), (0.2, 0.5)))
+    pairs = PairsDataModule(str(pair_folders[1]), str(clean_folder))
+    assert JointDataModule({"weak": weak, "strong": strong}).hparams["noise_level"] == [0.1, 0.5]
+    assert "noise_level" not in JointDataModule({"weak": weak, "pairs": pairs}).hparams
+
+
 def test_leaves_out_data_sets_that_have_ended(clean_folder, pair_folders):
     data = joint(clean_folder, pair_folders)
     batch, _, _ = next(iter(data.train_dataloader()))
