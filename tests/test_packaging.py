@@ -34,6 +34,17 @@ def test_every_bound_has_its_reason():
     assert [line for line in block.splitlines() if '",  # ' not in line] == []
 
 
+def test_every_extra_that_is_named_exists():
+    extras = tomllib.loads(PROJECT)["project"]["optional-dependencies"]
+    named = {}
+    for place in ("*.md", "Makefile", "docs/**/*.md", "notebooks/*.ipynb", "configs/*.yaml", "d*/**/*.py"):
+        for path in ROOT.glob(place):
+            for words in re.findall(r"(?:\.|\bdnf[-_]pyg)\[([a-z,]+)\]", path.read_text(encoding="utf-8")):
+                named.update(dict.fromkeys(words.split(","), path.name))
+    assert {"train", "serve"} <= named.keys()
+    assert {extra: place for extra, place in named.items() if extra not in extras} == {}
+
+
 def built(kind, source, target):
     """Build ``sdist`` or ``wheel`` from a folder, and unpack it into another."""
     target.mkdir()

@@ -120,13 +120,7 @@ def _decimated(pos: Tensor, face: Tensor, setting: str, generator: Generator) ->
     if setting == "1":
         return pos, face
     mesh = trimesh.Trimesh(pos.numpy(), face.t().numpy(), process=False)
-    try:
-        coarse = mesh.simplify_quadric_decimation(face_count=max(4, face.size(1) // int(setting)))
-    except ImportError as error:
-        raise DataError(
-            "Expected the package fast-simplification for quadric decimation (got none installed). "
-            "Run pip install 'dnf-pyg[experiments]'."
-        ) from error
+    coarse = mesh.simplify_quadric_decimation(face_count=max(4, face.size(1) // int(setting)))
     return torch.tensor(coarse.vertices, dtype=pos.dtype), torch.tensor(coarse.faces).t().contiguous().long()
 
 
