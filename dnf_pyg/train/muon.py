@@ -17,6 +17,7 @@ class MuonAdamW(Optimizer):
     learning rate serves both.
     Source: Jordan et al. 2024, "Muon: an optimizer for hidden layers in neural networks"; Liu et al. 2025, "Muon is
     scalable for LLM training", for the scale.
+    Differs: :class:`torch.optim.Muon` rounds the momentum to bfloat16, here the precision is that of the parameters.
 
     Args:
         params: Parameters to optimize.
@@ -39,7 +40,7 @@ class MuonAdamW(Optimizer):
         common: dict[str, Any] = {"lr": lr, "weight_decay": weight_decay}
         self._parts: list[Optimizer] = []
         if matrices:
-            self._parts.append(Muon(matrices, momentum=momentum, adjust_lr_fn="match_rms_adamw", **common))
+            self._parts.append(_Muon(matrices, momentum=momentum, adjust_lr_fn="match_rms_adamw", **common))
         if others:
             self._parts.append(AdamW(others, **common))
         super().__init__([group for part in self._parts for group in part.param_groups], {})
@@ -66,3 +67,40 @@ class MuonAdamW(Optimizer):
         for part, group in zip(self._parts, self.param_groups, strict=True):
             part.param_groups = [group]
             part.state = self.state
+
+
+class _Muon(Muon):
+    """Muon in the precision of the parameters.
+
+    Without instructions for bfloat16, a processor needs twenty times as long for the products of matrices in that
+    format, which was a fifth of a training step.
+    """
+
+    @torch.no_grad()
+    def step(self, closure: Callable[[], Any] | None = None) -> Any:
+        """Update all parameters once."""
+        loss = None if closure is None else torch.enable_grad()(closure)()
+        for group in self.param_groups:
+            for param in group["params"]:
+                if param.grad is None:
+                    continue
+                state = self.state[param]
+                if "momentum_buffer" not in state:
+                    state["momentum_buffer"] = torch.zeros_like(param.grad)
+                state["momentum_buffer"].lerp_(param.grad, 1 - group["momentum"])
+                ahead = param.grad.lerp(state["momentum_buffer"], group["momentum"])  # Nesterov's
+                update = _orthogonalize(ahead, group["ns_coefficients"], group["ns_steps"], group["eps"])
+                param.mul_(1 - group["lr"] * group["weight_decay"])
+                param.add_(update, alpha=-0.2 * max(param.shape) ** 0.5 * group["lr"])  # the scale of AdamW
+        return loss
+
+
+def _orthogonalize(matrix: Tensor, coefficients: tuple[float, float, float], num_steps: int, eps: float) -> Tensor:
+    """Bring the singular values of a matrix near 1 by Newton-Schulz iterations."""
+    a, b, c = coefficients
+    wide = matrix.t() if matrix.size(0) > matrix.size(1) else matrix
+    wide = wide / wide.norm().clamp(min=eps)
+    for _ in range(num_steps):
+        gram = wide @ wide.t()
+        wide = torch.addmm(wide, torch.addmm(gram, gram, gram, beta=b, alpha=c), wide, beta=a)
+    return wide.t() if matrix.size(0) > matrix.size(1) else wide
