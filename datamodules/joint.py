@@ -29,10 +29,8 @@ class JointDataModule(LightningDataModule):
         if not parts:
             raise ValueError("Expected 'parts' with at least one data set (got none). Name some.")
         self.parts = parts
-        levels = [part.hparams.get("noise_level") for part in parts.values()]
-        if all(levels):  # weights tell what they were trained for
-            lowest, highest = zip(*levels, strict=True)
-            self.save_hyperparameters({"noise_level": [min(lowest), max(highest)]})
+        levels = {name: part.hparams.get("noise_level") for name, part in parts.items()}
+        self.save_hyperparameters({"noise_level": levels})  # weights tell what they were trained for
 
     def prepare_data(self) -> None:
         """Prepare every data set."""

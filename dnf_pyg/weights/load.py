@@ -106,8 +106,20 @@ def _from_checkpoint(path: Path, data_set: str | None) -> FilteringNetwork:
     net = build_network(checkpoint["network"], tensors, str(path))
     data = checkpoint.get("datamodule_hyper_parameters")
     if net.noise_range is None and isinstance(data, dict):
-        net.noise_range = check_noise_range(data.get("noise_level"), str(path))
+        net.noise_range = _noise_range(data.get("noise_level"), str(path), data_set)
     return net
+
+
+def _noise_range(level: object, origin: str, data_set: str | None) -> tuple[float, float] | None:
+    """Noise levels of a training; of a joint one, those of a data set or the range of all, unless one is unknown."""
+    if not isinstance(level, dict):
+        return check_noise_range(level, origin)
+    levels = level.values() if data_set is None else [level.get(data_set)]
+    known = [found for value in levels if (found := check_noise_range(value, origin)) is not None]
+    if not known or len(known) < len(levels):
+        return None
+    lowest, highest = zip(*known, strict=True)
+    return min(lowest), max(highest)
 
 
 def network_tensors(checkpoint: dict[str, Any]) -> dict[str, Any]:

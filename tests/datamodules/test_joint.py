@@ -59,11 +59,20 @@ def test_logs_loss_and_theta_of_each_data_set(clean_folder, pair_folders, tmp_pa
     assert values["val/theta"] > 0
 
 
-def test_knows_the_noise_levels_of_all_data_sets_or_none(clean_folder, pair_folders):
-    weak, strong = (CleanMeshesDataModule(str(clean_folder), noise_level=level) for level in ((0.1, 0.3), (0.2, 0.5)))
-    pairs = PairsDataModule(str(pair_folders[1]), str(clean_folder))
-    assert JointDataModule({"weak": weak, "strong": strong}).hparams["noise_level"] == [0.1, 0.5]
-    assert "noise_level" not in JointDataModule({"weak": weak, "pairs": pairs}).hparams
+def test_weights_tell_the_noise_levels_of_their_data(clean_folder, pair_folders, tmp_path):
+    def noise_range(levels, data_set=None):
+        parts = joint(clean_folder, pair_folders).parts
+        for name, level in levels.items():
+            parts[name].hparams["noise_level"] = level
+        split = ["clean", "pairs"] if data_set else None
+        _, trainer = fit(JointDataModule(parts), tmp_path, separate_statistics=split)
+        trainer.save_checkpoint(tmp_path / "last.ckpt")
+        return load_network(tmp_path / "last.ckpt", data_set).noise_range
+
+    assert noise_range({"clean": [0.1, 0.3], "pairs": [0.2, 0.5]}) == (0.1, 0.5)
+    assert noise_range({"clean": [0.1, 0.3]}) is None  # the pairs bring their own noise
+    assert noise_range({"clean": [0.1, 0.3]}, "clean") == (0.1, 0.3)
+    assert noise_range({"clean": [0.1, 0.3]}, "pairs") is None
 
 
 def test_leaves_out_data_sets_that_have_ended(clean_folder, pair_folders):

@@ -48,6 +48,11 @@ def test_checkpoint_tells_the_noise_levels_of_its_data(checkpoint):
     content = torch.load(checkpoint, weights_only=True)
     torch.save({**content, "datamodule_hyper_parameters": {"noise_level": [0.1, 0.3]}}, checkpoint)
     assert load_network(checkpoint).noise_range == (0.1, 0.3)
+    torch.save(
+        {**content, "datamodule_hyper_parameters": {"noise_level": {"a": [0.1, 0.3], "b": "strong"}}}, checkpoint
+    )
+    with pytest.raises(WeightsError, match="'noise_range' as"):
+        load_network(checkpoint)
 
 
 def test_packaged_weights_tell_the_noise_levels_of_their_training():
