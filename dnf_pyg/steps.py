@@ -114,7 +114,7 @@ class Steps:
                     progress=part_of(self.progress, number, self.num_passes * len(networks)),
                     watch=self.watch,
                 )
-                normal = smooth_normals(fused.normal.double(), face_areas(pos, face), topology, self._tolerance(net))
+                normal = smooth_normals(fused.normal.double(), face_areas(pos, face), topology, *self._tolerances(net))
                 self.watch.lap("fuse")
                 pos = update_vertices(
                     start,
@@ -147,10 +147,11 @@ class Steps:
         move = coarse.prolong(moved - coarse.pos)
         return move * (self._limit * unit / move.norm(dim=1, keepdim=True).clamp(min=1e-300)).clamp(max=1)
 
-    def _tolerance(self, net: FilteringNetwork) -> float:
-        """Largest difference of the normals of a network from their mean that is smoothed, in degrees."""
+    def _tolerances(self, net: FilteringNetwork) -> tuple[float, float]:
+        """Largest differences of the normals of a network from narrow and wide means that are smoothed, in degrees."""
         turned = math.degrees(_TURN * self.noise.level)
-        return self.filtering.smoothed_share(self.noise.is_correlated, net.smoothing) * turned
+        tolerance = self.filtering.smoothed_share(self.noise.is_correlated, net.smoothing) * turned
+        return tolerance, net.wide_smoothing * tolerance
 
     @property
     def _limit(self) -> float:

@@ -76,10 +76,12 @@ def test_normals_of_later_networks_are_smoothed_less(noisy):
     _, fused = steps(pos, face, torch.zeros(len(pos), dtype=torch.bool), topology)
     tolerance = 0.2 * math.degrees(2.0 * 0.2)
     one = filter_normals(first, pos, face, options).normal.double()
-    one = smooth_normals(one, face_areas(pos, face), topology, tolerance)
+    one = smooth_normals(one, face_areas(pos, face), topology, tolerance, 0.4 * tolerance)
     between, earlier = updated(pos, face, one), torch.stack([one, filled_face_normals(pos, face)], dim=1)
     two = filter_normals(second, between, face, replace(options, seed=1), earlier=earlier).normal.double()
-    less, full = (smooth_normals(two, face_areas(between, face), topology, tolerance * part) for part in (0.25, 1.0))
+    less, full = (
+        smooth_normals(two, face_areas(between, face), topology, *2 * [t]) for t in (0.25 * tolerance, tolerance)
+    )
     torch.testing.assert_close(fused.normal, less.float(), rtol=0, atol=1e-6)
     assert not torch.allclose(less, full, rtol=0, atol=1e-4)
 
@@ -102,7 +104,8 @@ def test_normals_are_smoothed_as_suits_the_network_and_the_noise_or_as_told(nois
     steps = Steps(net, options, UPDATE, noise, 1, lambda done, total: None, Stopwatch(), lambda count, why: None)
     moved, fused = steps(pos, face, torch.zeros(len(pos), dtype=torch.bool), topology)
     normal = filter_normals(net, pos, face, options).normal.double()
-    normal = smooth_normals(normal, face_areas(pos, face), topology, math.degrees(share * 2 * 0.2))
+    tolerance = math.degrees(share * 2 * 0.2)
+    normal = smooth_normals(normal, face_areas(pos, face), topology, tolerance, 0.4 * tolerance)
     torch.testing.assert_close(fused.normal, normal.float(), rtol=0, atol=1e-5)
     torch.testing.assert_close(moved, updated(pos, face, normal), rtol=0, atol=1e-5)
 

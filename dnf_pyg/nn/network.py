@@ -55,6 +55,11 @@ class FilteringNetwork(Module, Pretrained, ABC):
         return 0.5
 
     @property
+    def wide_smoothing(self) -> float:
+        """Share of :attr:`smoothing` that suits errors that are alike over many faces, which are smaller."""
+        return 0.4
+
+    @property
     def networks(self) -> list["FilteringNetwork"]:
         """The network itself, as a :class:`~dnf_pyg.nn.Cascade` of one."""
         return [self]

@@ -101,6 +101,11 @@ class SurfaceDNFNet(FilteringNetwork):
         """
         return 0.05 if self.num_earlier else 0.2
 
+    @property
+    def wide_smoothing(self) -> float:
+        """All of the smoothing for a later network of a cascade, which leaves few errors from face to face."""
+        return 1.0 if self.num_earlier else 0.4
+
     def reset_parameters(self) -> None:
         """Draw new weights."""
         for module in (self.embedding, *self.units, *self.heads, self.bilateral):

@@ -3,11 +3,12 @@ import math
 import numpy as np
 import pytest
 import torch
+import trimesh
 from torch.nn.functional import normalize
 
 from dnf_pyg.mesh import Topology, face_areas, face_normals
 from dnf_pyg.mesh.geometry import angular_difference
-from dnf_pyg.mesh.normal_smoothing import smooth_normals
+from dnf_pyg.mesh.normal_smoothing import _coefficients, smooth_normals
 from dnf_pyg.synthetic.shapes import SHAPES
 
 
@@ -33,8 +34,8 @@ def tilted(normal, degrees, seed=0):
     return normalize(normal + math.radians(degrees) / math.sqrt(2) * noise, dim=1)
 
 
-def reference(normal, area, face, tolerance):
-    """The formulas of the docstring, face by face."""
+def reference(normal, area, face, tolerance, wide_tolerance=0.0):
+    """The formulas of the docstring, face by face, the wide filter by powers of a matrix."""
     n, a = normal.numpy(), area.numpy()
     touches = (face.t()[:, None, :, None] == face.t()[None, :, None, :]).flatten(2).any(dim=2)
     rings = [row.nonzero().flatten().tolist() for row in touches]  # with the face itself
@@ -42,26 +43,41 @@ def reference(normal, area, face, tolerance):
     def unit(v):
         return v / np.linalg.norm(v)
 
-    reach = [
-        min(max(5 * np.median([np.linalg.norm(n[f] - n[g]) for g in ring]), 0.05), 0.5) for f, ring in enumerate(rings)
-    ]
-    weights = [
-        np.array([a[g] * math.exp(-((np.linalg.norm(n[f] - n[g]) / min(reach[f], reach[g])) ** 2)) for g in ring])
-        for f, ring in enumerate(rings)
-    ]
+    def weights(n):
+        reach = [min(max(5 * np.median([np.linalg.norm(n[f] - n[g]) for g in ring]), 0.05), 0.5) for f, ring in ringed]
+        matrix = np.zeros((len(n), len(n)))
+        for f, ring in ringed:
+            for g in ring:
+                matrix[f, g] = a[g] * math.exp(-((np.linalg.norm(n[f] - n[g]) / min(reach[f], reach[g])) ** 2))
+        return matrix / matrix.sum(axis=1, keepdims=True)
 
     def iterated(s):
         for _ in range(8):
-            s = np.stack([unit(weight @ s[ring]) for weight, ring in zip(weights, rings, strict=True)])
+            s = np.stack([unit(row) for row in narrow @ s])
         return s
 
+    def blended(n, s, d, limit):
+        share = np.exp(-((d / min(math.radians(limit), 5 * np.median(d))) ** 2))
+        return np.stack([unit(row) for row in n + share[:, None] * (s - n)])
+
+    def detail(s):
+        d = np.linalg.norm(s - n, axis=1)
+        for _ in range(2):
+            d = np.array([np.average(d[ring], weights=a[ring]) for _, ring in ringed])
+        return d
+
+    ringed = list(enumerate(rings))
+    narrow = weights(n)
     once = iterated(n)
     s = np.stack([unit(row) for row in 2 * once - iterated(once)])
-    d = np.linalg.norm(s - n, axis=1)
-    for _ in range(2):
-        d = np.array([np.average(d[ring], weights=a[ring]) for ring in rings])
-    share = np.exp(-((d / min(math.radians(tolerance), 5 * np.median(d))) ** 2))
-    return np.stack([unit(row) for row in n + share[:, None] * (s - n)])
+    found = blended(n, s, detail(s), tolerance)
+    if wide_tolerance == 0:
+        return found
+    wide = weights(found)
+    power = np.linalg.matrix_power(wide, 1024)
+    s = np.stack([unit(row) for row in 2 * power @ found - power @ (power @ found)])
+    variation = [sum(wide[f, g] * np.linalg.norm(s[f] - s[g]) for g in ring) for f, ring in ringed]
+    return blended(found, s, detail(s) + 2 * np.array(variation), wide_tolerance)
 
 
 @pytest.mark.parametrize("tolerance", [1.0, 3.0])
@@ -78,6 +94,42 @@ def test_errors_on_a_plane_average_out():
     noisy = tilted(clean, 1.5)
     found = smooth_normals(noisy, face_areas(pos, face), Topology(face, len(pos)), 6.0)
     assert angular_difference(found, clean).mean() < 0.4 * angular_difference(noisy, clean).mean()
+
+
+def test_wide_filter_equals_the_formulas():
+    pos, face = grid(12)
+    normal, area = tilted(face_normals(pos, face), 1.0), face_areas(pos, face)
+    found = smooth_normals(normal, area, Topology(face, len(pos)), 3.0, 2.0)
+    expected = torch.from_numpy(reference(normal, area, face, 3.0, 2.0))
+    assert angular_difference(expected, smooth_normals(normal, area, Topology(face, len(pos)), 3.0)).max() > 0.1
+    assert angular_difference(found, expected).max() < 0.01  # small coefficients are left out
+
+
+@pytest.mark.parametrize("power", [2, 8, 1024])
+def test_polynomial_is_the_filter_with_twicing(power):
+    x = np.linspace(-1, 1, 2001)
+    np.testing.assert_allclose(
+        np.polynomial.chebyshev.chebval(x, _coefficients(power)), 2 * x**power - x ** (2 * power), atol=0.02
+    )
+
+
+def test_errors_alike_over_many_faces_of_a_plane_average_out():
+    pos, face = grid(40)
+    clean = face_normals(pos, face)
+    centre = pos[face].mean(dim=0)
+    wave = torch.nn.functional.pad(0.01 * torch.sin(centre[:, :2] * (math.pi / 10)), (0, 1))  # 20 edges long
+    bent, area, topology = normalize(clean + wave, dim=1), face_areas(pos, face), Topology(face, len(pos))
+    before = angular_difference(bent, clean).mean()
+    assert angular_difference(smooth_normals(bent, area, topology, 6.0), clean).mean() > 0.9 * before
+    assert angular_difference(smooth_normals(bent, area, topology, 6.0, 2.0), clean).mean() < 0.2 * before
+
+
+def test_wide_filter_leaves_curved_surfaces_alone():
+    ball = trimesh.creation.icosphere(subdivisions=4)
+    pos, face = torch.tensor(ball.vertices), torch.tensor(ball.faces).t()
+    normal, area, topology = face_normals(pos, face), face_areas(pos, face), Topology(face, len(pos))
+    narrow = smooth_normals(normal, area, topology, 4.0)
+    assert angular_difference(smooth_normals(normal, area, topology, 4.0, 2.0), narrow).max() < 0.01
 
 
 def test_bumps_are_not_flattened():
