@@ -40,7 +40,7 @@ class DenoiseOptions:
         overwrite: Replace outputs that exist. Otherwise they are an error; of several inputs, those are skipped.
         weights: Checkpoint of `dnf-pyg fit`, folder, or name of packaged weights (see `dnf-pyg weights`).
         data_set: Data set of a joint training whose statistics are used, if the checkpoint holds those of several.
-        fast: A quarter of the time for 0.3 degrees on average (weights small, coverage 1, k 10 16 24).
+        fast: A quarter of the time for 0.2 degrees on average (weights small, coverage 1, k 10 16 24).
         num_passes: Number of times the network filters the normals, each time those of its own result. Two passes
             suit noise of more than 0.5 mean edge lengths.
         mask: Vertices that may move: a .txt or .npy file with a number per vertex or triangle, 0 for those that stay;
@@ -95,7 +95,7 @@ class PredictOptions:
         overwrite: Replace outputs that exist; otherwise these inputs are skipped.
         weights: Checkpoint of `dnf-pyg fit`, folder, or name of packaged weights (see `dnf-pyg weights`).
         data_set: Data set of a joint training whose statistics are used, if the checkpoint holds those of several.
-        fast: A quarter of the time for 0.3 degrees on average (weights small, coverage 1, k 10 16 24).
+        fast: A quarter of the time for 0.2 degrees on average (weights small, coverage 1, k 10 16 24).
         num_passes: Number of times the network filters the normals, each time those of its own result.
         json: Print one JSON object per mesh.
     """
