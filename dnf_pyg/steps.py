@@ -114,7 +114,7 @@ class Steps:
                     progress=part_of(self.progress, number, self.num_passes * len(networks)),
                     watch=self.watch,
                 )
-                normal = smooth_normals(fused.normal.double(), face_areas(pos, face), topology, *self._tolerances(net))
+                normal = smooth_normals(fused.normal.double(), pos, topology, *self._tolerances(net))
                 self.watch.lap("fuse")
                 pos = update_vertices(
                     start,

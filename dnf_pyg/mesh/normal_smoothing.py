@@ -9,6 +9,7 @@ from numba import njit
 from numpy.typing import NDArray
 from torch import Tensor
 
+from dnf_pyg.mesh.geometry import face_areas
 from dnf_pyg.mesh.topology import Topology
 from dnf_pyg.mesh.vectors import set_unit, square_distance
 
@@ -18,7 +19,10 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Shorts = NDArray[np.int32]
 
-_NUM_ITERATIONS, _NUM_WIDE = 8, 1024  # iterations of the narrow and of the wide filter
+_NARROW, _WIDE, _WIDEST = 8, 64, 1024  # iterations
+_RIDGE = 1e-3
+_STEEP = 0.3
+_LARGEST = 3.0
 _RANGE = 5.0  # in median differences of a face to those around it
 _LEAST, _MOST = 0.05, 0.5  # limits of the range: 3 and 29 degrees
 _DETAIL = 5.0  # in medians of what smoothing changes: more is detail, whatever the tolerance
@@ -29,7 +33,7 @@ _SMALL = 1e-3  # coefficients of Chebyshev polynomials that are left out
 
 
 def smooth_normals(
-    normal: Tensor, area: Tensor, topology: Topology, tolerance: float, wide_tolerance: float = 0.0
+    normal: Tensor, pos: Tensor, topology: Topology, tolerance: float, wide_tolerance: float = 0.0
 ) -> Tensor:
     r"""Smooth facet normals where they vary by no more than a tolerance.
 
@@ -87,15 +91,21 @@ def smooth_normals(
     if tolerance == 0 or len(normal) == 0:
         return normal
     ptr, ring = topology.one_ring()
-    size = area.detach().cpu().double()
+    where = pos.detach().cpu().double()
+    size = face_areas(where, topology.face)
+    corner = where[topology.face.t()]  # (F, 3, 3)
+    center = corner.mean(dim=1)
     found = _smoothed(
         normal.detach().cpu().double().contiguous().numpy(),
         (size / (size.max() or 1.0)).numpy(),
+        (center.numpy(), corner.reshape(-1, 3).numpy()),
         ptr,
         ring,
         math.radians(tolerance),
         math.radians(wide_tolerance),
-        _coefficients(_NUM_WIDE),
+        _coefficients(_NARROW),
+        _coefficients(_WIDE),
+        _coefficients(_WIDEST),
     )
     return torch.from_numpy(found).to(normal)
 
@@ -115,19 +125,128 @@ def _coefficients(power: int) -> Floats:
 
 @njit(cache=True, nogil=True)
 def _smoothed(
-    normal: Floats, area: Floats, ptr: Ints, ring: Shorts, tolerance: float, wide_tolerance: float, wide: Floats
-) -> Floats:
-    own, weight = _weights(normal, area, ptr, ring)
-    once = _filtered(normal, normal, ptr, ring, own, weight)
-    smooth = 2 * once - _filtered(once, normal, ptr, ring, own, weight)
-    detail = _differences(smooth, normal, area, ptr, ring)
-    found = _blended(normal, smooth, detail, tolerance)
+    normal: Floats, area: Floats, place: tuple[Floats, Floats], ptr: Ints, ring: Shorts, tolerance: float,
+    wide_tolerance: float, narrow: Floats, wide: Floats, widest: Floats,
+) -> Floats:  # fmt: skip
+    found, detail = _stage(normal, area, place, ptr, ring, narrow, tolerance, False)
     if wide_tolerance == 0 or np.exp(-((detail / wide_tolerance) ** 2)).mean() < _FEW:
         return found
-    own, weight = _weights(found, area, ptr, ring)
-    smooth = _polynomial(found, wide, ptr, ring, own, weight)
-    detail = _differences(smooth, normal, area, ptr, ring) + _CURVED * _variation(smooth, ptr, ring, weight)
-    return _blended(found, smooth, detail, wide_tolerance)
+    found, _ = _stage(found, area, place, ptr, ring, wide, wide_tolerance, False)
+    return _stage(found, area, place, ptr, ring, widest, wide_tolerance, True)[0]
+
+
+@njit(cache=True, nogil=True)
+def _stage(
+    normal: Floats, area: Floats, place: tuple[Floats, Floats], ptr: Ints, ring: Shorts, coefficients: Floats,
+    tolerance: float, is_flat: bool,
+) -> tuple[Floats, Floats]:  # fmt: skip
+    own, weight = _weights(normal, area, ptr, ring)
+    if is_flat:
+        smooth = _polynomial(normal, coefficients, ptr, ring, own, weight)
+    else:
+        mean = normal
+        for _ in range(2):
+            before, mean = mean, np.zeros_like(normal)
+            _add_means(before, mean, 1.0, ptr, ring, own, weight)
+            _make_unit(mean, normal)
+        tilt = _tilts(mean, place, ptr, ring, weight)
+        _linearise(mean, place[0], ptr, ring, own, weight)
+        smooth = _polynomial(normal - tilt, coefficients, ptr, ring, own, weight) + tilt
+    detail = _differences(smooth, normal, area, ptr, ring)
+    if is_flat:
+        detail += _CURVED * _variation(smooth, ptr, ring, weight)
+    return _blended(normal, smooth, detail, tolerance), detail
+
+
+@njit(cache=True, nogil=True)
+def _axes(normal: Floats, f: int) -> tuple[Floats, Floats]:
+    """Two axes that are orthogonal to a normal and to each other."""
+    x, y, z = normal[f, 0], normal[f, 1], normal[f, 2]
+    # Duff et al. 2017
+    sign = 1.0 if z >= 0 else -1.0
+    a = -1.0 / (sign + z)
+    b = x * y * a
+    return np.array([1.0 + sign * x * x * a, sign * b, -sign * x]), np.array([b, sign + y * y * a, -y])
+
+
+@njit(cache=True, nogil=True)
+def _along(axis: Floats, vector: Floats, i: int, j: int) -> float:
+    return (
+        axis[0] * (vector[j, 0] - vector[i, 0])
+        + axis[1] * (vector[j, 1] - vector[i, 1])
+        + axis[2] * (vector[j, 2] - vector[i, 2])
+    )
+
+
+@njit(cache=True, nogil=True)
+def _tilts(normal: Floats, place: tuple[Floats, Floats], ptr: Ints, ring: Shorts, weight: Floats) -> Floats:
+    center, corner = place
+    tilt = np.zeros_like(normal)
+    for f in range(len(normal)):
+        x, y = _axes(normal, f)
+        uu = uv = vv = up = uq = vp = vq = 0.0
+        for entry in range(ptr[f], ptr[f + 1]):
+            g, w = ring[entry], weight[entry]
+            u, v = _along(x, center, f, g), _along(y, center, f, g)
+            p, q = _along(x, normal, f, g), _along(y, normal, f, g)
+            uu += w * u * u
+            uv += w * u * v
+            vv += w * v * v
+            up += w * u * p
+            uq += w * (u * q + v * p)
+            vq += w * v * q
+        more = _RIDGE * (uu + vv)
+        if more <= 0:
+            continue
+        uu, vv = uu + more, vv + more
+        # least squares for the symmetric h of p = h11 u + h12 v, q = h12 u + h22 v
+        h12 = (uq - uv * (up / uu + vq / vv)) / (uu + vv - uv * uv * (1 / uu + 1 / vv))
+        h11, h22 = (up - uv * h12) / uu, (vq - uv * h12) / vv
+        # gradient over the triangle of the quadratic function at its corners
+        u0, v0 = _along(x, corner, 3 * f, 3 * f + 1), _along(y, corner, 3 * f, 3 * f + 1)
+        u1, v1 = _along(x, corner, 3 * f, 3 * f + 2), _along(y, corner, 3 * f, 3 * f + 2)
+        double_area = u0 * v1 - u1 * v0
+        if double_area <= 0:
+            continue
+        # corners about the centroid: -(e0+e1)/3, e0 -..., e1 - ...
+        mu, mv = (u0 + u1) / 3, (v0 + v1) / 3
+        za = 0.5 * (h11 * mu * mu + 2 * h12 * mu * mv + h22 * mv * mv)
+        zb = 0.5 * (h11 * (u0 - mu) ** 2 + 2 * h12 * (u0 - mu) * (v0 - mv) + h22 * (v0 - mv) ** 2) - za
+        zc = 0.5 * (h11 * (u1 - mu) ** 2 + 2 * h12 * (u1 - mu) * (v1 - mv) + h22 * (v1 - mv) ** 2) - za
+        gu, gv = (zb * v1 - zc * v0) / double_area, (zc * u0 - zb * u1) / double_area
+        scale = min(1.0, _STEEP / max(np.hypot(gu, gv), 1e-12))
+        for axis in range(3):
+            tilt[f, axis] = scale * (gu * x[axis] + gv * y[axis])
+    return tilt
+
+
+@njit(cache=True, nogil=True)
+def _linearise(normal: Floats, center: Floats, ptr: Ints, ring: Shorts, own: Floats, weight: Floats) -> None:
+    for f in range(len(normal)):
+        x, y = _axes(normal, f)
+        uu = uv = vv = mu = mv = 0.0
+        for entry in range(ptr[f], ptr[f + 1]):
+            g, w = ring[entry], weight[entry]
+            u, v = _along(x, center, f, g), _along(y, center, f, g)
+            uu += w * u * u
+            uv += w * u * v
+            vv += w * v * v
+            mu += w * u
+            mv += w * v
+        more = _RIDGE * (uu + vv)
+        if more <= 0:
+            continue
+        uu, vv = uu + more, vv + more
+        det = uu * vv - uv * uv
+        gu, gv = (vv * mu - uv * mv) / det, (uu * mv - uv * mu) / det
+        total = own[f]
+        for entry in range(ptr[f], ptr[f + 1]):
+            g = ring[entry]
+            weight[entry] *= min(max(1 - gu * _along(x, center, f, g) - gv * _along(y, center, f, g), 0.0), _LARGEST)
+            total += weight[entry]
+        if total > 0:
+            own[f] /= total
+            weight[ptr[f] : ptr[f + 1]] /= total
 
 
 @njit(cache=True, nogil=True)
@@ -188,17 +307,6 @@ def _weights(normal: Floats, area: Floats, ptr: Ints, ring: Shorts) -> tuple[Flo
             own[f] = area[f] / total
             weight[ptr[f] : ptr[f + 1]] /= total
     return own, weight
-
-
-@njit(cache=True, nogil=True)
-def _filtered(start: Floats, normal: Floats, ptr: Ints, ring: Shorts, own: Floats, weight: Floats) -> Floats:
-    """Iterate the mean over each face and its ring; a mean of no length leaves the normal as it is."""
-    smooth = start
-    for _ in range(_NUM_ITERATIONS):
-        before, smooth = smooth, np.zeros_like(normal)
-        _add_means(before, smooth, 1.0, ptr, ring, own, weight)
-        _make_unit(smooth, normal)
-    return smooth
 
 
 @njit(cache=True, nogil=True)
