@@ -8,7 +8,7 @@ import torch
 from torch import Tensor
 
 from dnf_pyg.filtering import filter_normals
-from dnf_pyg.mesh import face_areas, filled_face_normals
+from dnf_pyg.mesh import filled_face_normals
 from dnf_pyg.mesh.coarse import coarsen
 from dnf_pyg.mesh.local_noise import LocalNoise
 from dnf_pyg.mesh.noise_level import NoiseEstimate

@@ -8,7 +8,7 @@ import trimesh
 from dnf_pyg import FilterOptions, UpdateOptions, denoise
 from dnf_pyg.evaluate.measures import mean_angular_difference
 from dnf_pyg.filtering import filter_normals
-from dnf_pyg.mesh import Topology, face_areas, face_normals, filled_face_normals
+from dnf_pyg.mesh import Topology, face_normals, filled_face_normals
 from dnf_pyg.mesh.coarse import coarsen
 from dnf_pyg.mesh.noise import CorrelatedNoise
 from dnf_pyg.mesh.noise_level import NoiseEstimate
@@ -76,12 +76,10 @@ def test_normals_of_later_networks_are_smoothed_less(noisy):
     _, fused = steps(pos, face, torch.zeros(len(pos), dtype=torch.bool), topology)
     tolerance = 0.2 * math.degrees(2.0 * 0.2)
     one = filter_normals(first, pos, face, options).normal.double()
-    one = smooth_normals(one, face_areas(pos, face), topology, tolerance, 0.4 * tolerance)
+    one = smooth_normals(one, pos, topology, tolerance, 0.4 * tolerance)
     between, earlier = updated(pos, face, one), torch.stack([one, filled_face_normals(pos, face)], dim=1)
     two = filter_normals(second, between, face, replace(options, seed=1), earlier=earlier).normal.double()
-    less, full = (
-        smooth_normals(two, face_areas(between, face), topology, *2 * [t]) for t in (0.25 * tolerance, tolerance)
-    )
+    less, full = (smooth_normals(two, between, topology, *2 * [t]) for t in (0.25 * tolerance, tolerance))
     torch.testing.assert_close(fused.normal, less.float(), rtol=0, atol=1e-6)
     assert not torch.allclose(less, full, rtol=0, atol=1e-4)
 
@@ -105,7 +103,7 @@ def test_normals_are_smoothed_as_suits_the_network_and_the_noise_or_as_told(nois
     moved, fused = steps(pos, face, torch.zeros(len(pos), dtype=torch.bool), topology)
     normal = filter_normals(net, pos, face, options).normal.double()
     tolerance = math.degrees(share * 2 * 0.2)
-    normal = smooth_normals(normal, face_areas(pos, face), topology, tolerance, 0.4 * tolerance)
+    normal = smooth_normals(normal, pos, topology, tolerance, 0.4 * tolerance)
     torch.testing.assert_close(fused.normal, normal.float(), rtol=0, atol=1e-5)
     torch.testing.assert_close(moved, updated(pos, face, normal), rtol=0, atol=1e-5)
 

@@ -99,12 +99,12 @@ class SurfaceDNFNet(FilteringNetwork):
 
         As a later network of a cascade, it errs less again.
         """
-        return 0.1 if self.num_earlier else 0.2
+        return 0.05 if self.num_earlier else 0.2
 
     @property
     def wide_smoothing(self) -> float:
         """All of the smoothing for a later network of a cascade, which leaves few errors from face to face."""
-        return 0.5 if self.num_earlier else 0.4
+        return 1.0 if self.num_earlier else 0.4
 
     def reset_parameters(self) -> None:
         """Draw new weights."""

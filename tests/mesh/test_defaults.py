@@ -56,7 +56,7 @@ def results(pos, face):
         "heat": torch.cat(HeatGrowth().bind(pos, face, graph).grow(3, 50)),
         "surface_distance": surface_distance(pos[:9] + 0.1, pos, face),
         "update_vertices": moved,
-        "smooth_normals": smooth_normals(normal, face_areas(pos, face), topology, 5.0),
+        "smooth_normals": smooth_normals(normal, pos, topology, 5.0),
         "flipped_faces": flipped_faces(moved, face, -normal),
         "without_flips": without_flips(-moved, pos, face, normal),
         "weld": weld(pos, face).face,
