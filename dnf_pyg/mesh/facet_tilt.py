@@ -11,7 +11,7 @@ from dnf_pyg.mesh.geometry import face_areas
 from dnf_pyg.mesh.topology import Topology
 from dnf_pyg.mesh.vectors import difference_along, tangent_axes
 
-__all__ = ["FaceRings", "add_means", "face_rings", "fit_to_triangulation", "tilts"]
+__all__ = ["FaceRings", "face_rings", "fit_to_triangulation", "tilts"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -71,26 +71,25 @@ def tilts(normal: Floats, rings: FaceRings, weight: Floats) -> Floats:
     tilt = np.zeros_like(normal)
     for f in range(len(normal)):
         x, y = tangent_axes(normal, f)
-        uu = uv = vv = up = uq_vp = vq = 0.0
+        uu, uv, vv = _moments(x, y, f, rings, weight)
+        up = uq_vp = vq = 0.0
         for entry in range(ptr[f], ptr[f + 1]):
             g, w = neighbor[entry], weight[entry]
             u, v = difference_along(x, center, f, g), difference_along(y, center, f, g)
             p, q = difference_along(x, normal, f, g), difference_along(y, normal, f, g)
-            uu, uv, vv = uu + w * u * u, uv + w * u * v, vv + w * v * v
             up, uq_vp, vq = up + w * u * p, uq_vp + w * (u * q + v * p), vq + w * v * q
         u1, v1 = difference_along(x, corner, 3 * f, 3 * f + 1), difference_along(y, corner, 3 * f, 3 * f + 1)
         u2, v2 = difference_along(x, corner, 3 * f, 3 * f + 2), difference_along(y, corner, 3 * f, 3 * f + 2)
-        double_area, ridge = u1 * v2 - u2 * v1, _RIDGE * (uu + vv)
-        if double_area <= 0 or ridge == 0:
+        double_area = u1 * v2 - u2 * v1
+        if double_area <= 0 or uu + vv == 0:
             continue
-        uu, vv = uu + ridge, vv + ridge
         b = (uq_vp - uv * (up / uu + vq / vv)) / (uu + vv - uv * uv * (1 / uu + 1 / vv))
         a, c = (up - uv * b) / uu, (vq - uv * b) / vv  # H = [[a, b], [b, c]]
         u0, v0 = -(u1 + u2) / 3, -(v1 + v2) / 3  # the first corner, from the centroid
         height = _quadratic(a, b, c, u0, v0)
         first, second = _quadratic(a, b, c, u0 + u1, v0 + v1) - height, _quadratic(a, b, c, u0 + u2, v0 + v2) - height
         along_x, along_y = (first * v2 - second * v1) / double_area, (second * u1 - first * u2) / double_area
-        scale = min(1.0, _STEEPEST / max(np.hypot(along_x, along_y), _STEEPEST))
+        scale = _STEEPEST / max(np.hypot(along_x, along_y), _STEEPEST)
         for axis in range(3):
             tilt[f, axis] = scale * (along_x * x[axis] + along_y * y[axis])
     return tilt
@@ -114,16 +113,14 @@ def fit_to_triangulation(normal: Floats, rings: FaceRings, own: Floats, weight: 
     ptr, neighbor, center = rings.ptr, rings.neighbor, rings.center
     for f in range(len(normal)):
         x, y = tangent_axes(normal, f)
-        uu = uv = vv = mean_u = mean_v = 0.0
+        uu, uv, vv = _moments(x, y, f, rings, weight)
+        if uu + vv == 0:
+            continue
+        mean_u = mean_v = 0.0
         for entry in range(ptr[f], ptr[f + 1]):
             g, w = neighbor[entry], weight[entry]
             u, v = difference_along(x, center, f, g), difference_along(y, center, f, g)
-            uu, uv, vv = uu + w * u * u, uv + w * u * v, vv + w * v * v
             mean_u, mean_v = mean_u + w * u, mean_v + w * v
-        ridge = _RIDGE * (uu + vv)
-        if ridge == 0:
-            continue
-        uu, vv = uu + ridge, vv + ridge
         determinant = uu * vv - uv * uv
         slope_u = (vv * mean_u - uv * mean_v) / determinant
         slope_v = (uu * mean_v - uv * mean_u) / determinant
@@ -139,18 +136,15 @@ def fit_to_triangulation(normal: Floats, rings: FaceRings, own: Floats, weight: 
 
 
 @njit(cache=True, nogil=True)
-def add_means(vector: Floats, out: Floats, factor: float, rings: FaceRings, own: Floats, weight: Floats) -> None:
-    """Add multiples of the weighted means over each face and its ring to ``out``."""
-    for f in range(len(vector)):
-        x, y, z = own[f] * vector[f, 0], own[f] * vector[f, 1], own[f] * vector[f, 2]
-        for entry in range(rings.ptr[f], rings.ptr[f + 1]):
-            g, w = rings.neighbor[entry], weight[entry]
-            x += w * vector[g, 0]
-            y += w * vector[g, 1]
-            z += w * vector[g, 2]
-        out[f, 0] += factor * x
-        out[f, 1] += factor * y
-        out[f, 2] += factor * z
+def _moments(x: Floats, y: Floats, f: int, rings: FaceRings, weight: Floats) -> tuple[float, float, float]:
+    """Second moments of the offsets of a ring along two axes, with the ridge on the diagonal."""
+    uu = uv = vv = 0.0
+    for entry in range(rings.ptr[f], rings.ptr[f + 1]):
+        g, w = rings.neighbor[entry], weight[entry]
+        u, v = difference_along(x, rings.center, f, g), difference_along(y, rings.center, f, g)
+        uu, uv, vv = uu + w * u * u, uv + w * u * v, vv + w * v * v
+    ridge = _RIDGE * (uu + vv)
+    return uu + ridge, uv, vv + ridge
 
 
 @njit(cache=True, nogil=True)

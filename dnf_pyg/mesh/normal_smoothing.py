@@ -9,7 +9,7 @@ from numba import njit
 from numpy.typing import NDArray
 from torch import Tensor
 
-from dnf_pyg.mesh.facet_tilt import FaceRings, add_means, face_rings, fit_to_triangulation, tilts
+from dnf_pyg.mesh.facet_tilt import FaceRings, face_rings, fit_to_triangulation, tilts
 from dnf_pyg.mesh.topology import Topology
 from dnf_pyg.mesh.vectors import set_unit, square_distance
 
@@ -18,7 +18,7 @@ __all__ = ["smooth_normals"]
 Floats = NDArray[np.float64]
 
 _NARROW, _WIDE, _FLAT = 8, (16, 64), 1024  # iterations
-_NUM_MEANS = 2  # before the curvature is measured
+_NUM_MEANS = 2  # of the narrow iterations, before the curvature is measured
 _RANGE = 5.0  # in median differences of a face to those around it
 _LEAST, _MOST = 0.05, 0.5  # limits of the range: 3 and 29 degrees
 _DETAIL = 5.0  # in medians of what smoothing changes: more is detail, whatever the tolerance
@@ -103,7 +103,7 @@ def smooth_normals(
         face_rings(pos.detach().cpu().double(), topology),
         math.radians(tolerance),
         math.radians(wide_tolerance),
-        (_coefficients(_WIDE[0]), _coefficients(_WIDE[1])),
+        tuple(map(_coefficients, _WIDE)),
         _coefficients(_FLAT),
     )
     return torch.from_numpy(found).to(normal)
@@ -128,18 +128,16 @@ def _smoothed(
     rings: FaceRings,
     tolerance: float,
     wide_tolerance: float,
-    curved: tuple[Floats, Floats],
+    curved: tuple[Floats, ...],
     flat: Floats,
 ) -> Floats:
     own, weight = _weights(normal, rings)
-    once = _iterated(normal, normal, rings, own, weight)
-    smooth = 2 * once - _iterated(once, normal, rings, own, weight)
+    mean = _iterated(normal, _NUM_MEANS, normal, rings, own, weight)
+    once = _iterated(mean, _NARROW - _NUM_MEANS, normal, rings, own, weight)
+    smooth = 2 * once - _iterated(once, _NARROW, normal, rings, own, weight)
     found = _blended(normal, smooth, _differences(smooth, normal, rings), tolerance)
     if wide_tolerance == 0:
         return found
-    mean = normal
-    for _ in range(_NUM_MEANS):
-        mean = _unit_means(mean, normal, rings, own, weight)
     tilt = tilts(mean, rings, weight)
     fit_to_triangulation(mean, rings, own, weight)
     for coefficients in curved:
@@ -155,20 +153,14 @@ def _smoothed(
 
 
 @njit(cache=True, nogil=True)
-def _iterated(start: Floats, normal: Floats, rings: FaceRings, own: Floats, weight: Floats) -> Floats:
+def _iterated(start: Floats, num_times: int, normal: Floats, rings: FaceRings, own: Floats, weight: Floats) -> Floats:
+    """Iterate the mean over each face and its ring; a mean of no length leaves the normal as it is."""
     smooth = start
-    for _ in range(_NARROW):
-        smooth = _unit_means(smooth, normal, rings, own, weight)
+    for _ in range(num_times):
+        before, smooth = smooth, np.zeros_like(normal)
+        _add_means(before, smooth, 1.0, rings, own, weight)
+        _make_unit(smooth, normal)
     return smooth
-
-
-@njit(cache=True, nogil=True)
-def _unit_means(vector: Floats, normal: Floats, rings: FaceRings, own: Floats, weight: Floats) -> Floats:
-    """Directions of the means over each face and its ring; a mean of no length leaves the normal as it is."""
-    means = np.zeros_like(vector)
-    add_means(vector, means, 1.0, rings, own, weight)
-    _make_unit(means, normal)
-    return means
 
 
 @njit(cache=True, nogil=True)
@@ -236,19 +228,34 @@ def _weights(normal: Floats, rings: FaceRings) -> tuple[Floats, Floats]:
 def _polynomial(normal: Floats, coefficients: Floats, rings: FaceRings, own: Floats, weight: Floats) -> Floats:
     """Sum of Chebyshev polynomials of the mean over each face and its ring."""
     last, this = normal.copy(), np.zeros_like(normal)
-    add_means(last, this, 1.0, rings, own, weight)
+    _add_means(last, this, 1.0, rings, own, weight)
     total = coefficients[0] * last + coefficients[1] * this
     for coefficient in coefficients[2:]:
         for f in range(len(last)):
             for axis in range(3):
                 last[f, axis] = -last[f, axis]
-        add_means(this, last, 2.0, rings, own, weight)  # T_k = 2 S T_(k-1) - T_(k-2)
+        _add_means(this, last, 2.0, rings, own, weight)  # T_k = 2 S T_(k-1) - T_(k-2)
         last, this = this, last
         if coefficient != 0:
             for f in range(len(this)):
                 for axis in range(3):
                     total[f, axis] += coefficient * this[f, axis]
     return total
+
+
+@njit(cache=True, nogil=True)
+def _add_means(vector: Floats, out: Floats, factor: float, rings: FaceRings, own: Floats, weight: Floats) -> None:
+    """Add multiples of the weighted means over each face and its ring to ``out``."""
+    for f in range(len(vector)):
+        x, y, z = own[f] * vector[f, 0], own[f] * vector[f, 1], own[f] * vector[f, 2]
+        for entry in range(rings.ptr[f], rings.ptr[f + 1]):
+            g, w = rings.neighbor[entry], weight[entry]
+            x += w * vector[g, 0]
+            y += w * vector[g, 1]
+            z += w * vector[g, 2]
+        out[f, 0] += factor * x
+        out[f, 1] += factor * y
+        out[f, 2] += factor * z
 
 
 @njit(cache=True, nogil=True)
